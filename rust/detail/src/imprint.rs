@@ -427,12 +427,12 @@ pub fn write(
     order.extend((0..dents.len()).filter(|index| dents[*index].changed > 0));
     order.sort_unstable_by_key(|index| dents[*index].tile);
     if let Some(traces) = &object.traces {
-        traces::check(object.displacement.field(), order.iter().map(|index| &dents[*index]), traces)?;
+        traces::check(object.displacement().field(), order.iter().map(|index| &dents[*index]), traces)?;
     }
     for index in order.iter() {
         object.widen([dents[*index].least.to_f32(), dents[*index].most.to_f32()]);
     }
-    let displacement = &mut object.displacement;
+    let displacement = object.layers.displacement.composite_mut();
     let (bytes, before) = (displacement.bytes(), displacement.allocated_count() as u64);
     let mut candidates = scratch.list();
     candidates.extend(order.iter().map(|index| Candidate { tile: dents[*index].tile, decision: Candidate::MODIFY }));

@@ -26,7 +26,8 @@ use relievo_tiles::{
 };
 
 use crate::channels::fading::FadingObject;
-use crate::channels::layered::{self, Layers};
+use crate::channels::layered::Layers;
+use crate::channels::layers::Stack;
 use crate::device::DeviceObject;
 use crate::geometry::hierarchy::{Hierarchy, Region};
 use crate::geometry::obb::Obb;
@@ -40,14 +41,11 @@ use crate::paint::ground::Ground;
 #[derive(Debug)]
 pub struct DisplacedObject {
     pub(crate) surface: Surface,
-    pub(crate) displacement: Displacement,
     pub(crate) vectors: Option<VectorDisplacement>,
     /// The length of the longest vector, once it was asked for.
     longest: OnceLock<f32>,
-    /// Its colours are these or those below, not both.
-    pub(crate) paint: Option<Paint>,
-    pub(crate) half_paint: Option<Paint<Rgba16>>,
     pub(crate) traces: Option<Traces>,
+    /// Its displacement and its colours.
     pub(crate) layers: Layers,
     /// What tiles page to.
     pub(crate) pages: Option<Arc<dyn PageStore>>,
@@ -98,13 +96,10 @@ impl DisplacedObject {
         })?;
         Ok(Self {
             surface,
-            displacement,
             vectors: None,
             longest: OnceLock::new(),
-            paint: None,
-            half_paint: None,
             traces: None,
-            layers: Layers::default(),
+            layers: Layers::new(displacement),
             pages: None,
             time: 0.0,
             transform,
@@ -147,7 +142,7 @@ impl DisplacedObject {
 
     /// The displacement.
     pub fn displacement(&self) -> &Displacement {
-        &self.displacement
+        self.layers.displacement.composite()
     }
 
     /// The displacement, to be written.
@@ -157,12 +152,12 @@ impl DisplacedObject {
         if let Some(fit) = &mut self.fit {
             fit.forget();
         }
-        &mut self.displacement
+        self.layers.displacement.composite_mut()
     }
 
     /// Makes what imprints changed visible to readers.
     pub fn commit(&mut self) -> Arc<Snapshot> {
-        self.displacement.commit()
+        self.layers.displacement.composite_mut().commit()
     }
 
     /// As [`Self::commit`], of vectors, if there are any.
@@ -196,7 +191,7 @@ impl DisplacedObject {
     /// Fails, and changes nothing, with `Invalid` if it has another number of tiles than the surface, and with the
     /// error of the page store if a tile cannot be read from its page or written to one.
     pub fn set_vectors(&mut self, mut vectors: VectorDisplacement) -> Result<()> {
-        Displaced::new(&self.surface, self.displacement.field())?.with_vectors(vectors.field())?;
+        Displaced::new(&self.surface, self.displacement().field())?.with_vectors(vectors.field())?;
         self.page(&mut vectors)?;
         self.bent();
         self.vectors = Some(vectors);
@@ -220,39 +215,39 @@ impl DisplacedObject {
 
     /// The displacements as they are.
     pub(crate) fn ground(&self) -> Ground<'_> {
-        Ground { heights: self.displacement.field(), vectors: self.vectors.as_ref().map(|vectors| vectors.field()) }
+        Ground { heights: self.displacement().field(), vectors: self.vectors.as_ref().map(|vectors| vectors.field()) }
     }
 
     /// The numbers of the last edits of displacement and of vectors.
     fn revision(&self) -> [u64; 2] {
-        [self.displacement.revision(), self.vectors.as_ref().map_or(0, |vectors| vectors.revision())]
+        [self.displacement().revision(), self.vectors.as_ref().map_or(0, |vectors| vectors.revision())]
     }
 
     /// The colours painted on it, of either format, if it can be painted.
     pub fn colors(&self) -> Option<AnyField<'_>> {
-        let half = self.half_paint.as_ref().map(|paint| ByFormat::Rgba16(paint.field()));
-        self.paint.as_ref().map(|paint| ByFormat::Rgba8(paint.field())).or(half)
+        let half = self.half_paint().map(|paint| ByFormat::Rgba16(paint.field()));
+        self.paint().map(|paint| ByFormat::Rgba8(paint.field())).or(half)
     }
 
     /// The colours painted on it, if it can be painted with those of 8 bits.
     pub fn paint(&self) -> Option<&Paint> {
-        self.paint.as_ref()
+        self.layers.colors.as_ref().map(Stack::composite)
     }
 
     /// The colours of 8 bits, to be written. With several layers of them, see [`Self::layers`], these are what the
     /// layers come to, and what is written is lost when they are settled.
     pub fn paint_mut(&mut self) -> Option<&mut Paint> {
-        self.paint.as_mut()
+        self.layers.colors.as_mut().map(Stack::composite_mut)
     }
 
     /// As [`Self::paint`], of half floats.
     pub fn half_paint(&self) -> Option<&Paint<Rgba16>> {
-        self.half_paint.as_ref()
+        self.layers.half_colors.as_ref().map(Stack::composite)
     }
 
     /// As [`Self::paint_mut`], of half floats.
     pub fn half_paint_mut(&mut self) -> Option<&mut Paint<Rgba16>> {
-        self.half_paint.as_mut()
+        self.layers.half_colors.as_mut().map(Stack::composite_mut)
     }
 
     /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have.
@@ -262,10 +257,7 @@ impl DisplacedObject {
     /// with the error of the page store if a tile cannot be read from its page or written to one.
     pub fn set_paint(&mut self, mut paint: Paint) -> Result<()> {
         self.take_on(&mut paint)?;
-        (self.layers.half_colors, self.half_paint) = (None, None);
-        self.layers.colors = Some(layered::colors(paint.field().blank()));
-        self.paint = Some(paint);
-        self.layers.fading.forget_colors();
+        self.layers.set_paint(paint);
         self.fade_own()
     }
 
@@ -275,10 +267,7 @@ impl DisplacedObject {
     /// Fails as [`Self::set_paint`].
     pub fn set_half_paint(&mut self, mut paint: Paint<Rgba16>) -> Result<()> {
         self.take_on(&mut paint)?;
-        (self.layers.colors, self.paint) = (None, None);
-        self.layers.half_colors = Some(layered::colors(paint.field().blank()));
-        self.half_paint = Some(paint);
-        self.layers.fading.forget_colors();
+        self.layers.set_half_paint(paint);
         self.fade_own()
     }
 
@@ -416,7 +405,7 @@ impl DisplacedObject {
         match self.fit.as_ref().filter(|fit| fit.has_seen(self.revision())) {
             Some(fit) => (fit.hierarchy(), 0.0),
             None => {
-                let [least, most] = self.reach.unwrap_or_else(|| coefficient_range(self.displacement.field()));
+                let [least, most] = self.reach.unwrap_or_else(|| coefficient_range(self.displacement().field()));
                 (&self.hierarchy, most.max(-least) + self.longest())
             }
         }
@@ -460,7 +449,7 @@ impl DisplacedObject {
     /// Finds the least and the largest coefficient there is. What was before is forgotten: an edit that goes by the reach
     /// does the same to an object that was undone or opened as it is.
     pub(crate) fn measure(&mut self) -> [f32; 2] {
-        let field = self.displacement.field();
+        let field = self.layers.displacement.composite().field();
         let tiles = field.allocated().map(|tile| (tile, field.version(tile)));
         *self.reach.insert(self.ranges.of(tiles, |tile| field.range(tile)))
     }

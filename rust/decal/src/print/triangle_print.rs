@@ -80,7 +80,7 @@ impl TrianglePrint<'_> {
     pub fn paint(&self, object: &mut TriangleObject, settings: &Settings) -> Result<Printed> {
         settings.check(Kind::Rgba8).map_err(|error| error.at("decal"))?;
         let mut paint = object.take_paint()?;
-        let done = by_format!(&mut paint, paint => self.over(paint, settings));
+        let done = by_format!(&mut paint, stack => self.over(stack.active_mut(), settings));
         object.put_paint(paint);
         self.settle(object, done?)
     }

@@ -212,11 +212,10 @@ struct Faded<C: LayerChannel> {
     stamped: C::Field,
 }
 
-/// A kind of layers that fade, and the channel to which they come.
+/// A kind of layers, and the stamps of those that fade.
 struct Kept<'a, C: LayerChannel> {
     faded: &'a mut Vec<Faded<C>>,
     stack: &'a mut Stack<C>,
-    composite: &'a mut C,
 }
 
 impl<C: LayerChannel> Kept<'_, C> {
@@ -229,7 +228,7 @@ impl<C: LayerChannel> Kept<'_, C> {
     fn stamp(&mut self, context: &Context, time: f64) -> Result<[Vec<u32>; 2]> {
         let (mut refused, mut lost) = (Vec::new(), Vec::new());
         for faded in &mut *self.faded {
-            let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) else { continue };
+            let Some(channel) = self.stack.channel_mut(faded.layer) else { continue };
             let mut left = faded.decay.stamp(context, &faded.stamped, channel, time)?;
             if !left.is_empty() {
                 // Those that have no room take that of the oldest, unless these were edited now.
@@ -265,7 +264,7 @@ impl<C: LayerChannel> Kept<'_, C> {
                 *newest = (*newest).max(*age);
             }
             let tiles: Vec<u32> = oldest.into_iter().map(|(_, tile)| tile).collect();
-            if let Some(channel) = self.stack.channel_mut(*id, self.composite) {
+            if let Some(channel) = self.stack.channel_mut(*id) {
                 channel.set_expendable(&tiles);
             }
             named.push(tiles.into_iter().collect::<BTreeSet<u32>>());
@@ -274,13 +273,13 @@ impl<C: LayerChannel> Kept<'_, C> {
             return;
         }
         for (id, named) in ids.iter().zip(&named) {
-            if let Some(channel) = self.stack.channel(*id, self.composite) {
+            if let Some(channel) = self.stack.channel(*id) {
                 ages.retain(|tile, _| named.contains(tile) || !C::is_allocated(channel.field(), *tile));
             }
         }
         let mut tiles: Vec<(u64, u32)> = ages.into_iter().map(|(tile, age)| (age, tile)).collect();
         tiles.sort_unstable();
-        self.composite.set_expendable(&tiles.into_iter().map(|(_, tile)| tile).collect::<Vec<_>>());
+        self.stack.composite_mut().set_expendable(&tiles.into_iter().map(|(_, tile)| tile).collect::<Vec<_>>());
     }
 
     /// Has `device` evaluate it, if there is one. Returns the tiles or faces that look different, and why the processor
@@ -290,7 +289,7 @@ impl<C: LayerChannel> Kept<'_, C> {
         let (mut shown, mut fault) = (Vec::new(), None);
         for faded in &mut *self.faded {
             faded.decay.use_device(device);
-            if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
+            if let Some(channel) = self.stack.channel_mut(faded.layer) {
                 shown.extend(faded.decay.fade(context, channel, time)?);
             }
             fault = faded.decay.take_device_fault().or(fault);
@@ -301,7 +300,7 @@ impl<C: LayerChannel> Kept<'_, C> {
     #[inline(never)]
     fn take_as_stamped(&mut self) {
         for faded in &mut *self.faded {
-            if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
+            if let Some(channel) = self.stack.channel_mut(faded.layer) {
                 faded.stamped = channel.field().clone();
             }
         }
@@ -311,7 +310,7 @@ impl<C: LayerChannel> Kept<'_, C> {
     /// Makes the edits of a layer fade from now on, or stay. Fails if the times are invalid or there is no such layer.
     fn set(&mut self, layer: u32, number: u32, options: Option<(DecayOptions, u64)>) -> Result<()> {
         let none = || Error::invalid(format!("there is no layer with the number {layer}"));
-        let channel = self.stack.channel_mut(layer, self.composite).ok_or_else(none)?;
+        let channel = self.stack.channel_mut(layer).ok_or_else(none)?;
         let there = self.faded.iter().position(|faded| faded.layer == layer);
         match (options, there) {
             (Some((options, _)), Some(at)) => self.faded[at].decay.set_options(options)?,
@@ -337,12 +336,12 @@ impl<C: LayerChannel> Kept<'_, C> {
             for head in heads {
                 let Some(stamps) = head.stamps.filter(|stamps| stamps.texel == C::Texel::KIND) else { continue };
                 let options = DecayOptions { delay: stamps.delay, duration: stamps.duration };
-                let budget = self.composite.budget();
+                let budget = self.stack.composite().budget();
                 self.set(stamps.layer, head.id, Some((options, budget)))?;
             }
         }
         for faded in &mut *self.faded {
-            let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) else { continue };
+            let Some(channel) = self.stack.channel_mut(faded.layer) else { continue };
             for block in blocks.iter().filter(|block| block.layer == faded.number) {
                 faded.decay.restore(channel.field(), block.block, block.bytes.as_deref())?;
             }
@@ -371,7 +370,7 @@ impl<C: LayerChannel> Kept<'_, C> {
         let mut newest: Option<f32> = None;
         for layer in document.layers() {
             let Some(Stamps { layer: of, texel, .. }) = layer.head().stamps else { continue };
-            let there = self.stack.channel_mut(of, self.composite);
+            let there = self.stack.channel_mut(of);
             let Some(channel) = there.filter(|_| texel == C::Texel::KIND) else { continue };
             let stamped = channel.field().clone();
             let decay = C::Decay::stored(context, document, layer.name(), &stamped, budget)?;
@@ -395,7 +394,7 @@ impl<C: LayerChannel> Kept<'_, C> {
                 block = (!own.is_empty()).then_some(own);
                 rest = Some(after);
             }
-            let channel = self.stack.channel_mut(faded.layer, self.composite).ok_or_else(misfit)?;
+            let channel = self.stack.channel_mut(faded.layer).ok_or_else(misfit)?;
             faded.decay.write(channel.field(), tile, block)?;
         }
         if self.faded.is_empty() && bytes.is_some() || !single && rest.is_some_and(|rest| !rest.is_empty()) {
@@ -431,9 +430,9 @@ fn stamped<C: LayerChannel>(list: &[Faded<C>]) -> Vec<u32> {
 }
 
 /// The layers of stamps as documents have them; those of `states` that they belong to are marked.
-fn add_states<C: LayerChannel>(list: &[Faded<C>], stack: &Stack<C>, composite: &C, states: &mut Vec<LayerState>) {
+fn add_states<C: LayerChannel>(list: &[Faded<C>], stack: &Stack<C>, states: &mut Vec<LayerState>) {
     for faded in list {
-        let Some(channel) = stack.channel(faded.layer, composite) else { continue };
+        let Some(channel) = stack.channel(faded.layer) else { continue };
         states.iter_mut().filter(|state| state.id == faded.layer).for_each(|state| state.fades = true);
         let blocks = faded.decay.blocks(channel.field());
         let name = format!("{STAMPS_OF}{}", faded.layer);
@@ -451,19 +450,18 @@ fn sorted(mut tiles: Vec<u32>) -> Vec<u32> {
 /// Does the same for displacement and colours, of which an object has those of one format.
 macro_rules! each_kind {
     ($object:expr, $kept:ident => $work:expr) => {{
-        let own = $object.channels_mut(false);
-        let Layers { displacement: stack, colors, half_colors, fading, .. } = own.layers;
+        let Layers { displacement: stack, colors, half_colors, fading, .. } = $object.stacks_mut();
         #[allow(unused_mut)]
-        let mut $kept = Kept { faded: &mut fading.displacement, stack, composite: own.displacement };
+        let mut $kept = Kept { faded: &mut fading.displacement, stack };
         $work;
-        if let (Some(stack), Some(composite)) = (colors, own.paint) {
+        if let Some(stack) = colors {
             #[allow(unused_mut)]
-            let mut $kept = Kept { faded: &mut fading.paint, stack, composite };
+            let mut $kept = Kept { faded: &mut fading.paint, stack };
             $work;
         }
-        if let (Some(stack), Some(composite)) = (half_colors, own.half_paint) {
+        if let Some(stack) = half_colors {
             #[allow(unused_mut)]
-            let mut $kept = Kept { faded: &mut fading.half_paint, stack, composite };
+            let mut $kept = Kept { faded: &mut fading.half_paint, stack };
             $work;
         }
     }};
@@ -530,7 +528,7 @@ pub trait FadingObject: LayeredObject {
     #[inline(never)]
     fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {
         options.check()?;
-        self.channels_mut(false).layers.fading.own = Some((options, budget));
+        self.stacks_mut().fading.own = Some((options, budget));
         self.fade_own()
     }
 
@@ -540,7 +538,7 @@ pub trait FadingObject: LayeredObject {
     /// Fails with `Memory` if the budget of the decay does not hold what every channel needs.
     #[inline(never)]
     fn fade_own(&mut self) -> Result<()> {
-        let Some(own) = self.channels().layers.fading.own else { return Ok(()) };
+        let Some(own) = self.stacks().fading.own else { return Ok(()) };
         let first = self.free_number();
         each_kind!(self, kept => {
             if let Some(lowest) = kept.stack.layers().first().map(|layer| layer.id()) {
@@ -581,7 +579,7 @@ pub trait FadingObject: LayeredObject {
 
     /// The stamps, if edits of any layer fade.
     fn fading(&self) -> Option<&FadingOf<Self>> {
-        let fading = &self.channels().layers.fading;
+        let fading = &self.stacks().fading;
         (!fading.is_empty()).then_some(fading)
     }
 
@@ -592,7 +590,7 @@ pub trait FadingObject: LayeredObject {
     /// Fails as [`LayerDecay::stamp`] does.
     #[inline(never)]
     fn stamp(&mut self, context: &Context) -> Result<Vec<u32>> {
-        if self.channels().layers.fading.is_empty() {
+        if self.stacks().fading.is_empty() {
             return Ok(Vec::new());
         }
         let (time, mut refused, mut lost, mut gone) = (self.edit_time(), Vec::new(), 0, Vec::new());
@@ -605,7 +603,7 @@ pub trait FadingObject: LayeredObject {
                 gone = over;
             }
         });
-        self.channels_mut(false).layers.fading.lost += lost;
+        self.stacks_mut().fading.lost += lost;
         self.note_shown(&gone);
         Ok(sorted(refused))
     }
@@ -613,13 +611,13 @@ pub trait FadingObject: LayeredObject {
     /// How many tiles or faces of layers that fade were lost since this was called last, because a budget had no room
     /// for others.
     fn take_lost(&mut self) -> u64 {
-        std::mem::take(&mut self.channels_mut(false).layers.fading.lost)
+        std::mem::take(&mut self.stacks_mut().fading.lost)
     }
 
     /// How many tiles or faces got no stamps since this was called last, because their budget refused them:
     /// [`Self::stamp`] says so itself, histories and documents do it unasked.
     fn take_unstamped(&mut self) -> u64 {
-        std::mem::take(&mut self.channels_mut(false).layers.fading.unstamped)
+        std::mem::take(&mut self.stacks_mut().fading.unstamped)
     }
 
     /// Comes to `time` in seconds: what was edited fades as it should, and edits are made then from now on. The time
@@ -630,7 +628,7 @@ pub trait FadingObject: LayeredObject {
     /// [`Self::stamp`] and [`LayerDecay::fade`]. Where a device fails the processor takes over.
     #[inline(never)]
     fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
-        if self.channels().layers.fading.is_empty() {
+        if self.stacks().fading.is_empty() {
             return self.set_edit_time(time);
         }
         let _stage = context.stats().begin("decay");
@@ -663,11 +661,11 @@ pub trait FadingObject: LayeredObject {
 
     /// The stamps of `block` of all layers of a kind, as caches keep them; `None` without stamps.
     fn read_stamps(&self, kind: Kind, block: u32) -> Option<Vec<u8>> {
-        let own = self.channels();
+        let own = self.stacks();
         match kind.is_color() {
-            true if own.half_paint.is_some() => read(&own.layers.fading.half_paint, block),
-            true => read(&own.layers.fading.paint, block),
-            false => read(&own.layers.fading.displacement, block),
+            true if own.half_colors.is_some() => read(&own.fading.half_paint, block),
+            true => read(&own.fading.paint, block),
+            false => read(&own.fading.displacement, block),
         }
     }
 
@@ -688,11 +686,11 @@ pub trait FadingObject: LayeredObject {
 
     /// The blocks with stamps of a kind of layers, ascending.
     fn stamped_blocks(&self, kind: Kind) -> Vec<u32> {
-        let own = self.channels();
+        let own = self.stacks();
         match kind.is_color() {
-            true if own.half_paint.is_some() => stamped(&own.layers.fading.half_paint),
-            true => stamped(&own.layers.fading.paint),
-            false => stamped(&own.layers.fading.displacement),
+            true if own.half_colors.is_some() => stamped(&own.fading.half_paint),
+            true => stamped(&own.fading.paint),
+            false => stamped(&own.fading.displacement),
         }
     }
 
@@ -712,15 +710,10 @@ impl<O: LayeredObject> FadingObject for O {}
 
 /// Adds the layers of stamps to `states`, and says of the others which fade.
 pub(crate) fn add_stamp_states(object: &impl LayeredObject, states: &mut Vec<LayerState>) {
-    let own = object.channels();
-    let fading = &own.layers.fading;
-    add_states(&fading.displacement, &own.layers.displacement, own.displacement, states);
-    if let (Some(stack), Some(paint)) = (&own.layers.colors, own.paint) {
-        add_states(&fading.paint, stack, paint, states);
-    }
-    if let (Some(stack), Some(paint)) = (&own.layers.half_colors, own.half_paint) {
-        add_states(&fading.half_paint, stack, paint, states);
-    }
+    let Layers { displacement, colors, half_colors, fading, .. } = object.stacks();
+    add_states(&fading.displacement, displacement, states);
+    colors.iter().for_each(|stack| add_states(&fading.paint, stack, states));
+    half_colors.iter().for_each(|stack| add_states(&fading.half_paint, stack, states));
 }
 
 /// Makes edits of `layers` stay, because they have become others.
@@ -740,7 +733,7 @@ pub(crate) fn put_stamps(
     blocks: &[BlockState],
 ) -> Result<()> {
     let knows = heads.is_some_and(|heads| heads.iter().any(|head| head.stamps.is_some()));
-    if object.channels().layers.fading.is_empty() && !knows {
+    if object.stacks().fading.is_empty() && !knows {
         return Ok(());
     }
     let time = object.edit_time();
@@ -783,7 +776,7 @@ impl<C: LayerChannel> Kept<'_, C> {
     #[inline(never)]
     fn bring(&mut self, context: &Context, time: f64) -> Result<()> {
         for faded in &mut *self.faded {
-            if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
+            if let Some(channel) = self.stack.channel_mut(faded.layer) {
                 faded.decay.bring(context, channel, time, &[])?;
             }
         }

@@ -43,10 +43,15 @@ pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: La
     sizes: Vec<(u32, Vec<u8>)>,
 }
 
-impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Default for Layers<H, C, W> {
-    fn default() -> Self {
+/// The stacks of an object of the kind `O`.
+pub type LayersOf<O> =
+    Layers<<O as LayeredObject>::Displacement, <O as LayeredObject>::Paint, <O as LayeredObject>::HalfPaint>;
+
+impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Layers<H, C, W> {
+    /// The layers of an object that has `displacement` and no colours.
+    pub(crate) fn new(displacement: H) -> Self {
         Self {
-            displacement: Stack::new(DISPLACEMENT, "displacement", f16::ZERO),
+            displacement: Stack::new((DISPLACEMENT, "displacement"), displacement, f16::ZERO),
             colors: None,
             half_colors: None,
             fading: Fading::default(),
@@ -54,11 +59,24 @@ impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Default for
             sizes: Vec::new(),
         }
     }
+
+    /// Takes colours of 8 bits in place of those it may have.
+    pub(crate) fn set_paint(&mut self, paint: C) {
+        (self.colors, self.half_colors) = (Some(colors(paint)), None);
+        self.fading.forget_colors();
+    }
+
+    /// Takes colours of half floats in place of those it may have.
+    pub(crate) fn set_half_paint(&mut self, paint: W) {
+        (self.colors, self.half_colors) = (None, Some(colors(paint)));
+        self.fading.forget_colors();
+    }
 }
 
-/// One layer of colour; `background` is seen where it is hidden.
-pub(crate) fn colors<C: LayerChannel>(background: C::Texel) -> Stack<C> {
-    Stack::new(COLOUR, "colour", background)
+/// One layer of colour.
+fn colors<C: LayerChannel>(paint: C) -> Stack<C> {
+    let background = bytemuck::pod_read_unaligned(paint.field().blank());
+    Stack::new((COLOUR, "colour"), paint, background)
 }
 
 /// What a layer is, for people and hosts.
@@ -78,51 +96,31 @@ pub struct LayerInfo {
     pub tiles: usize,
 }
 
-/// What an object holds in layers.
-#[derive(Debug)]
-pub struct Channels<O, C, W, L> {
-    /// The stacks.
-    pub layers: L,
-    /// The displacement, to which its layers come.
-    pub displacement: O,
-    /// The colours of 8 bits, to which their layers come.
-    pub paint: C,
-    /// The colours of half floats, to which their layers come; an object has those or the others.
-    pub half_paint: W,
-}
-
-/// Does something with the layers of colour of an object's channels and what they come to, whichever format they have,
-/// or something else without colours.
+/// Does something with the stack of colours of `Layers`, whichever format they have, or something else without colours.
 macro_rules! with_colors {
-    ($own:ident.$as:ident, |$stack:ident, $paint:ident| $done:expr, $none:expr) => {{
-        let bytes = ($own.layers.colors.$as(), $own.paint.$as());
-        match (bytes, ($own.layers.half_colors.$as(), $own.half_paint.$as())) {
-            ((Some($stack), Some($paint)), _) => $done,
-            (_, (Some($stack), Some($paint))) => $done,
+    ($layers:expr, $stack:ident => $done:expr, $none:expr) => {
+        match $layers {
+            Layers { colors: Some($stack), .. } => $done,
+            Layers { half_colors: Some($stack), .. } => $done,
             _ => $none,
         }
-    }};
+    };
 }
 
-/// Does something with the layers of colour and what they come to. Fails if there are no colours.
-macro_rules! edit_colors {
-    ($object:expr, |$stack:ident, $paint:ident| $done:expr) => {{
-        let own = $object.channels_mut(false);
-        let none = || Error::invalid("the object has no colours").advise("give it some first");
-        with_colors!(own.as_mut, |$stack, $paint| $done, Err(none()))
-    }};
-}
-
-/// Does something with the layers of whichever kind the layer `id` is of, and what they come to, once they are settled.
-macro_rules! edit_either {
-    ($object:expr, $context:expr, $id:expr, |$stack:ident, $composite:ident| $done:expr) => {{
-        $object.settle($context)?;
+/// Does something with the stack of an object that the layer `id` is in, or that of displacement if there is none.
+macro_rules! with_stack_of {
+    ($object:expr, $id:expr, $stack:ident => $done:expr) => {
         if $object.is_color($id) {
-            edit_colors!($object, |$stack, $composite| $done)
+            with_colors!($object.stacks_mut(), $stack => $done, Err(no_colors()))
         } else {
-            $object.edit_heights(|$stack, $composite| $done)
+            let $stack = $object.heights_mut();
+            $done
         }
-    }};
+    };
+}
+
+fn no_colors() -> Error {
+    Error::invalid("the object has no colours").advise("give it some first")
 }
 
 /// A channel that a document held.
@@ -174,29 +172,20 @@ pub trait LayeredObject: Sized {
     /// Notes that displacement looks different in and around tiles or faces, because it has faded or was lost.
     fn note_shown(&mut self, _tiles: &[u32]) {}
 
-    /// What it holds in layers.
-    #[allow(clippy::type_complexity)]
-    fn channels(
-        &self,
-    ) -> Channels<
-        &Self::Displacement,
-        &Option<Self::Paint>,
-        &Option<Self::HalfPaint>,
-        &Layers<Self::Displacement, Self::Paint, Self::HalfPaint>,
-    >;
+    /// The stacks of layers.
+    fn stacks(&self) -> &LayersOf<Self>;
 
-    /// What it holds in layers, to be written. Whatever was measured of the displacement is measured anew if
-    /// `displaced`.
-    #[allow(clippy::type_complexity)]
-    fn channels_mut(
-        &mut self,
-        displaced: bool,
-    ) -> Channels<
-        &mut Self::Displacement,
-        &mut Option<Self::Paint>,
-        &mut Option<Self::HalfPaint>,
-        &mut Layers<Self::Displacement, Self::Paint, Self::HalfPaint>,
-    >;
+    /// The stacks of layers, for writing. Displacement is written through [`Self::heights_mut`].
+    fn stacks_mut(&mut self) -> &mut LayersOf<Self>;
+
+    /// Notes that displacement may be written, so that whatever was measured of it is measured anew.
+    fn forget_measures(&mut self);
+
+    /// The layers of displacement, for writing.
+    fn heights_mut(&mut self) -> &mut Stack<Self::Displacement> {
+        self.forget_measures();
+        &mut self.stacks_mut().displacement
+    }
 
     /// Traces and vectors, if it has them.
     fn others(&self) -> (Option<&Self::Traces>, Option<&Self::Vectors>);
@@ -237,12 +226,11 @@ pub trait LayeredObject: Sized {
             active: state.id == active,
             tiles: state.blocks.numbers().len(),
         };
-        let own = self.channels();
-        let stack = &own.layers.displacement;
-        let heights = stack.states(own.displacement).into_iter().map(|state| info(state, stack.active()));
+        let stack = &self.stacks().displacement;
+        let heights = stack.states().into_iter().map(|state| info(state, stack.active()));
         let colors = with_colors!(
-            own.as_ref,
-            |stack, paint| stack.states(paint).into_iter().map(|state| info(state, stack.active())).collect(),
+            self.stacks(),
+            stack => stack.states().into_iter().map(|state| info(state, stack.active())).collect(),
             Vec::new()
         );
         heights.chain(colors).collect()
@@ -278,9 +266,9 @@ pub trait LayeredObject: Sized {
         let (id, faces) = (self.free_number(), vec![size; self.face_count()]);
         let head = (id, name, settings);
         let refused = match kind {
-            Kind::Scalar => self.edit_heights(|stack, composite| stack.add(context, composite, head, &faces)),
+            Kind::Scalar => self.heights_mut().add(context, head, &faces),
             kind if kind.is_color() => {
-                edit_colors!(self, |stack, composite| stack.add(context, composite, head, &faces))
+                with_colors!(self.stacks_mut(), stack => stack.add(context, head, &faces), Err(no_colors()))
             }
             _ => Err(Error::unsupported(format!("layers cannot hold {}", kind.name()))
                 .advise("add layers of scalar displacement or colour")),
@@ -290,8 +278,8 @@ pub trait LayeredObject: Sized {
 
     /// A number that no layer has.
     fn free_number(&self) -> u32 {
-        let numbers = self.layers().into_iter().map(|layer| layer.id).chain(self.channels().layers.others);
-        numbers.chain(self.channels().layers.fading.numbers()).map(|id| id + 1).max().unwrap_or(0).max(ADDED)
+        let numbers = self.layers().into_iter().map(|layer| layer.id).chain(self.stacks().others);
+        numbers.chain(self.stacks().fading.numbers()).map(|id| id + 1).max().unwrap_or(0).max(ADDED)
     }
 
     /// Checks that a layer can be called `name`.
@@ -310,22 +298,9 @@ pub trait LayeredObject: Sized {
         Ok(())
     }
 
-    /// Does something with the layers of displacement and what they come to.
-    ///
-    /// # Errors
-    /// Fails as `edit` does.
-    fn edit_heights(
-        &mut self,
-        edit: impl FnOnce(&mut Stack<Self::Displacement>, &mut Self::Displacement) -> Result<Vec<u32>>,
-    ) -> Result<Vec<u32>> {
-        let own = self.channels_mut(true);
-        edit(&mut own.layers.displacement, own.displacement)
-    }
-
     /// Whether `id` is the number of a layer of colour.
     fn is_color(&self, id: u32) -> bool {
-        let own = self.channels();
-        with_colors!(own.as_ref, |stack, _paint| stack.layers().iter().any(|layer| layer.id() == id), false)
+        with_colors!(self.stacks(), stack => stack.channel(id).is_some(), false)
     }
 
     /// Makes `id` the layer that edits of its kind go to.
@@ -334,7 +309,8 @@ pub trait LayeredObject: Sized {
     /// Fails with `Invalid` if there is no such layer, and as [`Self::settle`].
     #[inline(never)]
     fn set_active_layer(&mut self, context: &Context, id: u32) -> Result<()> {
-        edit_either!(self, context, id, |stack, _composite| stack.set_active(id).map(|()| Vec::new())).map(drop)
+        self.settle(context)?;
+        with_stack_of!(self, id, stack => stack.set_active(id))
     }
 
     /// Names a layer.
@@ -346,10 +322,9 @@ pub trait LayeredObject: Sized {
         let there = there.ok_or_else(|| Error::invalid(format!("there is no layer with the number {id}")))?;
         if there.name != name {
             self.check_name(name)?;
-            let layers = self.channels_mut(false).layers;
+            let layers = self.stacks_mut();
             layers.displacement.rename(id, name);
-            layers.colors.iter_mut().for_each(|stack| stack.rename(id, name));
-            layers.half_colors.iter_mut().for_each(|stack| stack.rename(id, name));
+            with_colors!(layers, stack => stack.rename(id, name), ());
         }
         Ok(())
     }
@@ -361,7 +336,8 @@ pub trait LayeredObject: Sized {
     /// page store does if a page cannot be read or written.
     #[inline(never)]
     fn set_layer(&mut self, context: &Context, id: u32, to: Settings) -> Result<Vec<u32>> {
-        edit_either!(self, context, id, |stack, composite| stack.set(context, composite, id, to))
+        self.settle(context)?;
+        with_stack_of!(self, id, stack => stack.set(context, id, to))
     }
 
     /// Puts a layer at a place among those of its kind, counted from the lowest. Returns the tiles that the budget
@@ -372,7 +348,8 @@ pub trait LayeredObject: Sized {
     /// be read or written.
     #[inline(never)]
     fn place_layer(&mut self, context: &Context, id: u32, place: usize) -> Result<Vec<u32>> {
-        edit_either!(self, context, id, |stack, composite| stack.place(context, composite, id, place))
+        self.settle(context)?;
+        with_stack_of!(self, id, stack => stack.place(context, id, place))
     }
 
     /// Removes a layer with all that is on it. Returns the tiles that the budget refused to the composite.
@@ -382,7 +359,8 @@ pub trait LayeredObject: Sized {
     /// page store does if a page cannot be read or written.
     #[inline(never)]
     fn remove_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
-        let done = edit_either!(self, context, id, |stack, composite| stack.remove(context, composite, id))?;
+        self.settle(context)?;
+        let done = with_stack_of!(self, id, stack => stack.remove(context, id))?;
         stop_fading(self, &[id]);
         Ok(done)
     }
@@ -399,7 +377,8 @@ pub trait LayeredObject: Sized {
         let before = self.layers();
         let below = before.iter().zip(before.iter().skip(1)).find(|(_, upper)| upper.id == id);
         let ids = [id, below.map_or(id, |(lower, _)| lower.id)];
-        let done = edit_either!(self, context, id, |stack, composite| stack.merge_down(context, composite, id))?;
+        self.settle(context)?;
+        let done = with_stack_of!(self, id, stack => stack.merge_down(context, id))?;
         stop_fading(self, &ids);
         Ok(done)
     }
@@ -419,10 +398,9 @@ pub trait LayeredObject: Sized {
                 stop_fading(self, &ids);
             }
         }
-        let layers = self.channels_mut(false).layers;
+        let layers = self.stacks_mut();
         layers.displacement.flatten();
-        layers.colors.iter_mut().for_each(Stack::flatten);
-        layers.half_colors.iter_mut().for_each(Stack::flatten);
+        with_colors!(layers, stack => stack.flatten(), ());
         Ok(refused)
     }
 
@@ -437,8 +415,8 @@ pub trait LayeredObject: Sized {
     #[inline(never)]
     fn settle(&mut self, context: &Context) -> Result<Vec<u32>> {
         let mut refused = Vec::new();
-        if !self.channels().layers.displacement.is_plain() {
-            refused = self.edit_heights(|stack, composite| stack.settle(context, composite))?;
+        if !self.stacks().displacement.is_plain() {
+            refused = self.heights_mut().settle(context)?;
         }
         refused.extend(self.settle_colors(context)?);
         refused.sort_unstable();
@@ -453,53 +431,43 @@ pub trait LayeredObject: Sized {
     /// Fails as the page store does if a page cannot be read or written.
     #[inline(never)]
     fn settle_colors(&mut self, context: &Context) -> Result<Vec<u32>> {
-        let own = self.channels_mut(false);
-        with_colors!(own.as_mut, |stack, paint| stack.settle(context, paint), Ok(Vec::new()))
+        with_colors!(self.stacks_mut(), stack => stack.settle(context), Ok(Vec::new()))
     }
 
-    /// Takes away what is painted on: the active layer.
+    /// Takes away the layers of colour, of which the active one is painted on, see [`Stack::active_mut`].
     ///
     /// # Errors
     /// Fails, and takes nothing, with `Invalid` if there are no colours, or the active layer is hidden or its opacity
     /// below 1/256.
-    fn take_paint(&mut self) -> Result<ByFormat<Self::Paint, Self::HalfPaint>> {
-        /// The active layer, or what is the only one.
-        fn taken<C: LayerChannel>(stack: &mut Option<Stack<C>>, paint: &mut Option<C>) -> Result<Option<C>> {
-            let Some(stack) = stack else { return Ok(paint.take()) };
-            stack.check_editable()?;
-            Ok(stack.take_active().or_else(|| paint.take()))
-        }
-        let own = self.channels_mut(false);
-        if let Some(paint) = taken(&mut own.layers.half_colors, own.half_paint)? {
-            return Ok(ByFormat::Rgba16(paint));
-        }
-        let paint = taken(&mut own.layers.colors, own.paint)?.map(ByFormat::Rgba8);
+    fn take_paint(&mut self) -> Result<ByFormat<Stack<Self::Paint>, Stack<Self::HalfPaint>>> {
+        let layers = self.stacks_mut();
+        with_colors!(&*layers, stack => stack.check_editable()?, ());
+        let paint = layers.colors.take().map(ByFormat::Rgba8);
+        let paint = paint.or_else(|| layers.half_colors.take().map(ByFormat::Rgba16));
         paint.ok_or_else(|| Error::invalid("the object has no colours to paint on").advise("give it some first"))
     }
 
     /// Puts back what [`Self::take_paint`] took.
-    fn put_paint(&mut self, paint: ByFormat<Self::Paint, Self::HalfPaint>) {
-        fn put<C: LayerChannel>(stack: &mut Option<Stack<C>>, to: &mut Option<C>, paint: C) {
-            match stack {
-                Some(stack) if !stack.is_plain() => stack.put_active(paint),
-                _ => *to = Some(paint),
-            }
-        }
-        let own = self.channels_mut(false);
+    fn put_paint(&mut self, paint: ByFormat<Stack<Self::Paint>, Stack<Self::HalfPaint>>) {
         match paint {
-            ByFormat::Rgba8(paint) => put(&mut own.layers.colors, own.paint, paint),
-            ByFormat::Rgba16(paint) => put(&mut own.layers.half_colors, own.half_paint, paint),
+            ByFormat::Rgba8(paint) => self.stacks_mut().colors = Some(paint),
+            ByFormat::Rgba16(paint) => self.stacks_mut().half_colors = Some(paint),
         }
+    }
+
+    /// The layers of displacement and of colour as they are.
+    fn stack_states(&self) -> LayerStates {
+        let mut states = self.stacks().displacement.states();
+        states.extend(with_colors!(self.stacks(), stack => stack.states(), Vec::new()));
+        states
     }
 
     /// All layers as they are, traces and vectors too; [`Self::settle`] is to be done before.
     #[inline(never)]
     fn layer_states(&self) -> LayerStates {
-        let own = self.channels();
-        let mut states = own.layers.displacement.states(own.displacement);
-        states.extend(with_colors!(own.as_ref, |stack, paint| stack.states(paint), Vec::new()));
+        let mut states = self.stack_states();
         let mut add = |id: u32, name: &str, blocks: Arc<dyn Blocks>| states.push(LayerState::new(id, name, blocks));
-        let ([traces, vectors], others) = (own.layers.others, self.others());
+        let ([traces, vectors], others) = (self.stacks().others, self.others());
         if let Some(channel) = others.0 {
             add(traces, "traces", Arc::new(channel.field().clone()));
         }
@@ -532,8 +500,7 @@ pub trait LayeredObject: Sized {
     /// # Errors
     /// Fails as [`Stack::read`] does.
     fn read_displacement(&self, tile: u32) -> Result<Option<Vec<u8>>> {
-        let own = self.channels();
-        own.layers.displacement.read(own.displacement, tile)
+        self.stacks().displacement.read(tile)
     }
 
     /// Puts back what [`Self::read_displacement`] gave; [`Self::settle`] is to follow.
@@ -541,20 +508,17 @@ pub trait LayeredObject: Sized {
     /// # Errors
     /// Fails as [`Stack::write`] does.
     fn write_displacement(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
-        self.edit_heights(|stack, composite| stack.write(composite, tile, bytes).map(|()| Vec::new())).map(drop)
+        self.heights_mut().write(tile, bytes)
     }
 
     /// The tiles that have displacement in any layer, ascending.
     fn displaced_tiles(&self) -> Vec<u32> {
-        let own = self.channels();
-        own.layers.displacement.allocated(own.displacement)
+        self.stacks().displacement.allocated()
     }
 
     /// Makes displacement visible to readers. Returns the tiles that changed in it or in one of its layers, ascending.
     fn commit_displacement(&mut self) -> Vec<u32> {
-        // Reached for writing, so that its reach is measured anew.
-        let own = self.channels_mut(true);
-        own.layers.displacement.commit(own.displacement)
+        self.heights_mut().commit()
     }
 
     /// The colours of `tile` as caches keep them, see [`Stack::read`]; `None` too if the object has no colours at all.
@@ -562,8 +526,7 @@ pub trait LayeredObject: Sized {
     /// # Errors
     /// Fails as [`Stack::read`] does.
     fn read_paint(&self, tile: u32) -> Result<Option<Vec<u8>>> {
-        let own = self.channels();
-        with_colors!(own.as_ref, |stack, paint| stack.read(paint, tile), Ok(None))
+        with_colors!(self.stacks(), stack => stack.read(tile), Ok(None))
     }
 
     /// Puts back what [`Self::read_paint`] gave; [`Self::settle`] is to follow.
@@ -571,32 +534,27 @@ pub trait LayeredObject: Sized {
     /// # Errors
     /// Fails with `Invalid` if the object has no colours, and as [`Stack::write`].
     fn write_paint(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
-        edit_colors!(self, |stack, composite| stack.write(composite, tile, bytes))
+        with_colors!(self.stacks_mut(), stack => stack.write(tile, bytes), Err(no_colors()))
     }
 
     /// The tiles that have colours in any layer, ascending.
     fn painted_tiles(&self) -> Vec<u32> {
-        let own = self.channels();
-        with_colors!(own.as_ref, |stack, paint| stack.allocated(paint), Vec::new())
+        with_colors!(self.stacks(), stack => stack.allocated(), Vec::new())
     }
 
     /// Makes colours visible to readers. Returns the tiles that changed in them or in one of their layers, ascending.
     fn commit_paint(&mut self) -> Vec<u32> {
-        let own = self.channels_mut(false);
-        with_colors!(own.as_mut, |stack, paint| stack.commit(paint), Vec::new())
+        with_colors!(self.stacks_mut(), stack => stack.commit(), Vec::new())
     }
 
     /// The sizes of the faces of the layer `id` as caches keep them, the power of two of each, if edits at other levels
     /// changed any; `None` if not, or there is no such layer.
     fn read_sizes(&self, id: u32) -> Option<Vec<u8>> {
-        let own = self.channels();
-        if let Some(vectors) = self.others().1.filter(|_| id == own.layers.others[1]) {
+        if let Some(vectors) = self.others().1.filter(|_| id == self.stacks().others[1]) {
             let sizes = || vectors.field().face_sizes().into_iter().map(|size| size.ilog2() as u8).collect();
             return (!vectors.field().given_sizes().is_empty()).then(sizes);
         }
-        let mut states = own.layers.displacement.states(own.displacement);
-        states.extend(with_colors!(own.as_ref, |stack, paint| stack.states(paint), Vec::new()));
-        let state = states.into_iter().find(|state| state.id == id)?;
+        let state = self.stack_states().into_iter().find(|state| state.id == id)?;
         let sizes = || state.blocks.face_sizes().into_iter().map(|size| size.ilog2() as u8).collect();
         (!state.blocks.given_sizes().is_empty()).then(sizes)
     }
@@ -611,27 +569,19 @@ pub trait LayeredObject: Sized {
             return Err(Error::invalid(format!("a face cannot have 2^{bits} texels along an edge")));
         }
         let sizes = sizes.map(|sizes| sizes.iter().map(|bits| 1 << bits).collect::<Vec<u32>>());
-        if id == self.channels().layers.others[1]
+        if id == self.stacks().others[1]
             && let Some(vectors) = self.others_mut().1
         {
             return reshape(vectors, sizes);
         }
         let none = || Error::invalid(format!("there is no layer with the number {id}"));
-        if self.is_color(id) {
-            return edit_colors!(self, |stack, paint| {
-                reshape(stack.channel_mut(id, paint).ok_or_else(none)?, sizes)
-            });
-        }
-        self.edit_heights(|stack, composite| {
-            reshape(stack.channel_mut(id, composite).ok_or_else(none)?, sizes).map(|()| Vec::new())
-        })
-        .map(drop)
+        with_stack_of!(self, id, stack => reshape(stack.channel_mut(id).ok_or_else(none)?, sizes))
     }
 
     /// The layers for which [`Self::read_sizes`] gives some, that of vectors too.
     fn sized_layers(&self) -> Vec<u32> {
         let ids = self.layers().into_iter().map(|layer| layer.id);
-        let vectors = self.channels().layers.others[1];
+        let vectors = self.stacks().others[1];
         ids.chain([vectors]).filter(|id| self.read_sizes(*id).is_some()).collect()
     }
 
@@ -639,7 +589,7 @@ pub trait LayeredObject: Sized {
     fn commit_sizes(&mut self) -> Vec<u32> {
         let ids = self.sized_layers();
         let now: Vec<(u32, Vec<u8>)> = ids.into_iter().filter_map(|id| Some((id, self.read_sizes(id)?))).collect();
-        let sizes = &mut self.channels_mut(false).layers.sizes;
+        let sizes = &mut self.stacks_mut().sizes;
         let before = std::mem::replace(sizes, now);
         let now = &*sizes;
         let both = before
@@ -690,34 +640,32 @@ pub trait LayeredObject: Sized {
         let kept = (heights.is_empty(), paints.is_empty() && halves.is_empty());
         if let Some((_, first)) = heights.first() {
             self.set_channel(Stored::Displacement(first.clone()))?;
-            self.edit_heights(|stack, composite| stack.take_up(context, composite, heights))?;
+            self.heights_mut().take_up(context, heights)?;
         }
-        let layers = self.channels().layers;
+        let layers = self.stacks();
         let halves_behind = || layers.half_colors.as_ref().map(|stack| stack.background().color());
         let behind = layers.colors.as_ref().map(|stack| stack.background().color()).or_else(halves_behind);
         macro_rules! take_up {
-            ($paints:ident, $stored:ident, $texel:ty, $colors:ident, $paint:ident) => {
+            ($paints:ident, $stored:ident, $texel:ty, $colors:ident) => {
                 if let Some((_, first)) = $paints.first() {
                     self.set_channel(Stored::$stored(first.clone()))?;
-                    let own = self.channels_mut(false);
-                    if let (Some(stack), Some(paint)) = (&mut own.layers.$colors, own.$paint) {
+                    if let Some(stack) = &mut self.stacks_mut().$colors {
                         behind.into_iter().for_each(|color| stack.set_background(<$texel>::of_color(color)));
-                        stack.take_up(context, paint, $paints)?;
+                        stack.take_up(context, $paints)?;
                     }
                 }
             };
         }
-        take_up!(paints, Paint, Rgba8, colors, paint);
-        take_up!(halves, HalfPaint, Rgba16, half_colors, half_paint);
-        let layers = self.channels_mut(false).layers;
+        take_up!(paints, Paint, Rgba8, colors);
+        take_up!(halves, HalfPaint, Rgba16, half_colors);
+        let layers = self.stacks_mut();
         layers.others = [others[0].unwrap_or(free), others[1].unwrap_or(free + 1)];
         if kept.0 {
             layers.displacement.renumber(free + 2);
         }
         if kept.1 {
             let first = free + 2 + MAX_LAYERS as u32;
-            layers.colors.iter_mut().for_each(|stack| stack.renumber(first));
-            layers.half_colors.iter_mut().for_each(|stack| stack.renumber(first));
+            with_colors!(layers, stack => stack.renumber(first), ());
         }
         let (mut after, mut old) = (self.layers(), before);
         if !kept.0 {
@@ -739,7 +687,7 @@ impl<O: LayeredObject> Recorded for O {
     fn states(&mut self, context: &Context) -> Result<LayerStates> {
         self.settle(context)?;
         let refused = self.stamp(context)?.len();
-        self.channels_mut(false).layers.fading.refuse(refused);
+        self.stacks_mut().fading.refuse(refused);
         // What is lost for want of room changes what is seen.
         self.settle(context)?;
         Ok(self.layer_states())
@@ -752,11 +700,10 @@ impl<O: LayeredObject> Recorded for O {
         let whole = heads.is_some();
         let (heights, colors) = (such(|kind| kind == Kind::Scalar), such(Kind::is_color));
         let heights = (whole && !heights.is_empty()).then_some(heights.as_slice());
-        self.edit_heights(|stack, composite| put_layers(context, stack, composite, heights, &blocks))?;
+        put_layers(context, self.heights_mut(), heights, &blocks)?;
         let colors = (whole && !colors.is_empty()).then_some(colors.as_slice());
-        let own = self.channels_mut(false);
-        with_colors!(own.as_mut, |stack, paint| put_layers(context, stack, paint, colors, &blocks).map(drop)?, ());
-        let ids = self.channels().layers.others;
+        with_colors!(self.stacks_mut(), stack => put_layers(context, stack, colors, &blocks)?, ());
+        let ids = self.stacks().others;
         let head = |id: u32| heads.into_iter().flatten().find(|head| head.id == id);
         let (traces, vectors) = self.others_mut();
         traces.map_or(Ok(()), |traces| put_whole(context, traces, (ids[0], head(ids[0])), &blocks))?;
@@ -770,20 +717,19 @@ impl<O: LayeredObject> Recorded for O {
 fn put_layers<C: LayerChannel>(
     context: &Context,
     stack: &mut Stack<C>,
-    composite: &mut C,
     heads: Option<&[&Head]>,
     blocks: &[BlockState],
-) -> Result<Vec<u32>> {
+) -> Result<()> {
     if let Some(heads) = heads {
-        stack.arrange(composite, heads)?;
+        stack.arrange(heads)?;
     }
     let ids: Vec<u32> = stack.layers().iter().map(|layer| layer.id()).collect();
     for id in ids {
-        if let Some(channel) = stack.channel_mut(id, composite) {
+        if let Some(channel) = stack.channel_mut(id) {
             put(context, channel, id, blocks)?;
         }
     }
-    if heads.is_some() { stack.refresh(context, composite) } else { stack.settle(context, composite) }
+    if heads.is_some() { stack.refresh(context) } else { stack.settle(context) }.map(drop)
 }
 
 /// Gives the faces of a layer `sizes`, or those they were given.
@@ -822,9 +768,8 @@ fn put(context: &Context, channel: &mut impl BlockChannel, layer: u32, blocks: &
 
 /// Makes blocks of all channels and layers of an object leave memory for `pages`. Fails if one cannot be read back.
 pub(crate) fn page_to(object: &mut impl LayeredObject, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
-    object.edit_heights(|stack, composite| stack.page_to(composite, pages).map(|()| Vec::new()))?;
-    let own = object.channels_mut(false);
-    with_colors!(own.as_mut, |stack, paint| stack.page_to(paint, pages)?, ());
+    object.heights_mut().page_to(pages)?;
+    with_colors!(object.stacks_mut(), stack => stack.page_to(pages)?, ());
     let (traces, vectors) = object.others_mut();
     traces.map_or(Ok(()), |traces| traces.page_to(pages))?;
     vectors.map_or(Ok(()), |vectors| vectors.page_to(pages))
@@ -832,9 +777,8 @@ pub(crate) fn page_to(object: &mut impl LayeredObject, pages: Option<&Arc<dyn Pa
 
 /// Fails once with what could not be read back from a page of an object, or written to one, since it was asked last.
 pub(crate) fn report_fault(object: &impl LayeredObject) -> Result<()> {
-    let own = object.channels();
-    own.layers.displacement.report_fault(own.displacement)?;
-    with_colors!(own.as_ref, |stack, paint| stack.report_fault(paint)?, ());
+    object.stacks().displacement.report_fault()?;
+    with_colors!(object.stacks(), stack => stack.report_fault()?, ());
     let (traces, vectors) = object.others();
     traces.map_or(Ok(()), BlockChannel::report_fault)?;
     vectors.map_or(Ok(()), BlockChannel::report_fault)
@@ -895,20 +839,16 @@ impl LayeredObject for DisplacedObject {
         (self.device, self.device_fault) = (None, Some(fault));
     }
 
-    fn channels(&self) -> Channels<&Displacement, &Option<Paint>, &Option<Paint<Rgba16>>, &Layers> {
-        let Self { layers, displacement, paint, half_paint, .. } = self;
-        Channels { layers, displacement, paint, half_paint }
+    fn stacks(&self) -> &Layers {
+        &self.layers
     }
 
-    fn channels_mut(
-        &mut self,
-        displaced: bool,
-    ) -> Channels<&mut Displacement, &mut Option<Paint>, &mut Option<Paint<Rgba16>>, &mut Layers> {
-        if displaced {
-            self.displacement_mut();
-        }
-        let Self { layers, displacement, paint, half_paint, .. } = self;
-        Channels { layers, displacement, paint, half_paint }
+    fn stacks_mut(&mut self) -> &mut Layers {
+        &mut self.layers
+    }
+
+    fn forget_measures(&mut self) {
+        self.displacement_mut();
     }
 
     fn others(&self) -> (Option<&Traces>, Option<&VectorDisplacement>) {

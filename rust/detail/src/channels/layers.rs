@@ -27,6 +27,11 @@ pub struct Layer<C> {
 }
 
 impl<C> Layer<C> {
+    /// The layer that `head` describes.
+    fn of(head: &Head, channel: C) -> Self {
+        Self { id: head.id, name: head.name.as_str().into(), settings: head.settings, channel: Some(channel) }
+    }
+
     /// Its number.
     pub fn id(&self) -> u32 {
         self.id
@@ -50,9 +55,10 @@ struct Seen<F> {
     layers: Vec<F>,
 }
 
-/// The layers of one kind of an object, from the lowest. The composite is given to every function.
+/// The layers of one kind of an object, from the lowest, and their composite.
 #[derive(Debug)]
 pub struct Stack<C: LayerChannel> {
+    composite: C,
     layers: Vec<Layer<C>>,
     active: u32,
     background: C::Texel,
@@ -61,10 +67,20 @@ pub struct Stack<C: LayerChannel> {
 }
 
 impl<C: LayerChannel> Stack<C> {
-    /// One layer, whose texels are those of the composite; `background` is seen where it is hidden.
-    pub fn new(id: u32, name: &str, background: C::Texel) -> Self {
+    /// One layer, whose texels are those of `composite`; `background` is seen where it is hidden.
+    pub fn new((id, name): (u32, &str), composite: C, background: C::Texel) -> Self {
         let layer = Layer { id, name: name.into(), settings: Settings::of(C::Texel::KIND), channel: None };
-        Self { layers: vec![layer], active: id, background, seen: None }
+        Self { composite, layers: vec![layer], active: id, background, seen: None }
+    }
+
+    /// What the layers come to.
+    pub fn composite(&self) -> &C {
+        &self.composite
+    }
+
+    /// What the layers come to, for writing. The layers are to be settled afterwards.
+    pub fn composite_mut(&mut self) -> &mut C {
+        &mut self.composite
     }
 
     /// The layers, from the lowest.
@@ -96,22 +112,37 @@ impl<C: LayerChannel> Stack<C> {
         Ok(())
     }
 
-    /// The field of a layer.
-    fn field<'a>(layer: &'a Layer<C>, composite: &'a C) -> &'a C::Field {
-        layer.channel.as_ref().unwrap_or(composite).field()
+    /// The texels of each layer.
+    fn channels(&self) -> impl Iterator<Item = &C> {
+        self.layers.iter().map(|layer| layer.channel.as_ref().unwrap_or(&self.composite))
+    }
+
+    /// The field of each layer.
+    fn fields(&self) -> impl Iterator<Item = &C::Field> {
+        self.channels().map(C::field)
+    }
+
+    /// The layers that have texels of their own.
+    fn own(&self) -> impl Iterator<Item = &C> {
+        self.layers.iter().filter_map(|layer| layer.channel.as_ref())
+    }
+
+    /// As [`Self::own`], for writing.
+    fn own_mut(&mut self) -> impl Iterator<Item = &mut C> {
+        self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut())
     }
 
     /// What the layers are, as documents have it.
     #[inline(never)]
-    pub fn states(&self, composite: &C) -> Vec<LayerState> {
-        let state = |(index, layer): (usize, &Layer<C>)| {
-            let blocks = Arc::new(Self::field(layer, composite).clone());
+    pub fn states(&self) -> Vec<LayerState> {
+        let state = |(index, (layer, field)): (usize, (&Layer<C>, &C::Field))| {
+            let blocks = Arc::new(field.clone());
             // Nothing is behind displacement.
             let is_lowest = index == 0 && C::Texel::KIND.is_color();
             let behind = if is_lowest { bytemuck::bytes_of(&self.background).to_vec() } else { Vec::new() };
             LayerState { settings: layer.settings, behind, ..LayerState::new(layer.id, &layer.name, blocks) }
         };
-        self.layers.iter().enumerate().map(state).collect()
+        self.layers.iter().zip(self.fields()).enumerate().map(state).collect()
     }
 
     /// What is seen where all layers are hidden.
@@ -132,28 +163,21 @@ impl<C: LayerChannel> Stack<C> {
     }
 
     /// The texels of a layer; `None` if there is no such layer.
-    pub fn channel<'a>(&'a self, id: u32, composite: &'a C) -> Option<&'a C> {
-        self.index(id).map(|index| self.layers[index].channel.as_ref().unwrap_or(composite))
+    pub fn channel(&self, id: u32) -> Option<&C> {
+        self.channels().nth(self.index(id)?)
     }
 
     /// The texels of a layer, for writing; `None` if there is no such layer. The layers are to be settled or refreshed
     /// afterwards.
-    pub fn channel_mut<'a>(&'a mut self, id: u32, composite: &'a mut C) -> Option<&'a mut C> {
+    pub fn channel_mut(&mut self, id: u32) -> Option<&mut C> {
         let index = self.index(id)?;
-        self.layers[index].channel.as_mut().or(Some(composite))
+        Some(self.layers[index].channel.as_mut().unwrap_or(&mut self.composite))
     }
 
-    /// The texels of the active layer, if they are not those of the composite.
-    pub fn take_active(&mut self) -> Option<C> {
-        let index = self.index(self.active)?;
-        self.layers[index].channel.take()
-    }
-
-    /// Puts back what [`Self::take_active`] took.
-    pub fn put_active(&mut self, channel: C) {
-        if let Some(index) = self.index(self.active) {
-            self.layers[index].channel = Some(channel);
-        }
+    /// The texels of the active layer, for writing, as [`Self::channel_mut`] gives them.
+    pub fn active_mut(&mut self) -> &mut C {
+        let own = self.index(self.active).and_then(|index| self.layers[index].channel.as_mut());
+        own.unwrap_or(&mut self.composite)
     }
 
     /// The block of `tile`, for caches: that of the only layer, or those of all layers one after the other, each behind
@@ -162,13 +186,13 @@ impl<C: LayerChannel> Stack<C> {
     /// # Errors
     /// Fails with `Invalid` if there is no such tile or it is a hole, and as the page store does if a block is on a
     /// page that cannot be read.
-    pub fn read(&self, composite: &C, tile: u32) -> Result<Option<Vec<u8>>> {
+    pub fn read(&self, tile: u32) -> Result<Option<Vec<u8>>> {
         if self.is_plain() {
-            return composite.read(tile);
+            return self.composite.read(tile);
         }
         let (mut all, mut any) = (Vec::new(), false);
-        for layer in &self.layers {
-            let block = layer.channel.as_ref().unwrap_or(composite).read(tile)?;
+        for channel in self.channels() {
+            let block = channel.read(tile)?;
             any |= block.is_some();
             let block = block.unwrap_or_default();
             all.extend((block.len() as u32).to_le_bytes());
@@ -183,9 +207,9 @@ impl<C: LayerChannel> Stack<C> {
     /// Fails with `Invalid` if there is no such tile, the bytes are not blocks of these layers or a number is not
     /// finite, with `Memory` if a budget does not allow it, and as the page store does if a page cannot be read or
     /// written. Layers below the first that does not fit are put back.
-    pub fn write(&mut self, composite: &mut C, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+    pub fn write(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         if self.is_plain() {
-            return composite.write(tile, bytes);
+            return self.composite.write(tile, bytes);
         }
         let misfit = || Error::invalid("a block does not fit the layers").at(format!("tile {tile}"));
         let mut rest = bytes;
@@ -198,26 +222,23 @@ impl<C: LayerChannel> Stack<C> {
                 block = (length > 0).then_some(own);
                 rest = Some(after);
             }
-            layer.channel.as_mut().unwrap_or(composite).write(tile, block)?;
+            layer.channel.as_mut().unwrap_or(&mut self.composite).write(tile, block)?;
         }
         if rest.is_some_and(|rest| !rest.is_empty()) { Err(misfit()) } else { Ok(()) }
     }
 
     /// The tiles of which any layer has a block, ascending.
-    pub fn allocated(&self, composite: &C) -> Vec<u32> {
-        let fields = self.layers.iter().map(|layer| Self::field(layer, composite));
-        let mut tiles: Vec<u32> = fields.flat_map(Blocks::numbers).collect();
+    pub fn allocated(&self) -> Vec<u32> {
+        let mut tiles: Vec<u32> = self.fields().flat_map(Blocks::numbers).collect();
         tiles.sort_unstable();
         tiles.dedup();
         tiles
     }
 
     /// Makes edits visible to readers. Returns the tiles that changed of the composite or of a layer, ascending.
-    pub fn commit(&mut self, composite: &mut C) -> Vec<u32> {
-        let mut tiles = composite.commit();
-        for channel in self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut()) {
-            tiles.extend(channel.commit());
-        }
+    pub fn commit(&mut self) -> Vec<u32> {
+        let mut tiles = self.composite.commit();
+        tiles.extend(self.own_mut().flat_map(C::commit));
         tiles.sort_unstable();
         tiles.dedup();
         tiles
@@ -243,9 +264,9 @@ impl<C: LayerChannel> Stack<C> {
         channels.map(|(channel, settings)| Sheet { field: channel.field(), settings }).collect()
     }
 
-    fn look(&mut self, composite: &C) {
-        let layers = self.layers.iter().map(|layer| Self::field(layer, composite).clone()).collect();
-        self.seen = Some(Seen { composite: composite.field().clone(), layers });
+    fn look(&mut self) {
+        let layers = self.fields().cloned().collect();
+        self.seen = Some(Seen { composite: self.composite.field().clone(), layers });
     }
 
     /// Puts what was changed in the composite into the active layer, and computes the composite anew where layers
@@ -257,85 +278,74 @@ impl<C: LayerChannel> Stack<C> {
     /// not allow the sizes that faces of the composite were given, and as the page store does if a page cannot be read
     /// or written.
     #[inline(never)]
-    pub fn settle(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
+    pub fn settle(&mut self, context: &Context) -> Result<Vec<u32>> {
         let Some(mut seen) = self.seen.take() else { return Ok(Vec::new()) };
-        let done = self.settle_since(context, composite, &mut seen);
+        let done = self.settle_since(context, &mut seen);
         if done.is_err() {
             self.seen = Some(seen);
         }
         let (refused, failed) = done?;
-        self.report_fault(composite)?;
+        self.report_fault()?;
         failed.map(|()| refused)
     }
 
-    fn settle_since(
-        &mut self,
-        context: &Context,
-        composite: &mut C,
-        seen: &mut Seen<C::Field>,
-    ) -> Result<(Vec<u32>, Result<()>)> {
-        let mut tiles = composite.field().changed(&seen.composite);
+    fn settle_since(&mut self, context: &Context, seen: &mut Seen<C::Field>) -> Result<(Vec<u32>, Result<()>)> {
+        let mut tiles = self.composite.field().changed(&seen.composite);
         // What made room for an edit of the composite goes from its layers too, and is none of that edit.
-        let lost = composite.take_lost();
+        let lost = self.composite.take_lost();
         self.lose(context, &lost)?;
         C::forget(&mut seen.composite, &lost);
         let (mut refused, mut failed) = (Vec::new(), Ok(()));
         // An edit at another level may have changed sizes; then those of all are compared anew.
-        let mut resized = !composite.field().is_sized_as(&seen.composite);
+        let mut resized = !self.composite.field().is_sized_as(&seen.composite);
         if C::THROUGH_COMPOSITE && !tiles.is_empty() {
             failed = self.check_editable();
             if failed.is_ok() {
-                let there = if lost.is_empty() { Vec::new() } else { composite.field().numbers() };
+                let there = if lost.is_empty() { Vec::new() } else { self.composite.field().numbers() };
                 let gone = |tile: &u32| lost.binary_search(tile).is_ok() && there.binary_search(tile).is_err();
                 let edited: Vec<u32> = tiles.iter().copied().filter(|tile| !gone(tile)).collect();
-                refused = self.absorb(context, composite, seen, &edited)?;
+                refused = self.absorb(context, seen, &edited)?;
             }
         }
-        let layers = self.layers.iter().map(|layer| Self::field(layer, composite));
-        resized |= !layers.zip(&seen.layers).all(|(layer, before)| layer.is_sized_as(before));
+        resized |= !self.fields().zip(&seen.layers).all(|(layer, before)| layer.is_sized_as(before));
         if resized {
-            refused.extend(self.refresh(context, composite)?);
+            refused.extend(self.refresh(context)?);
             refused.sort_unstable();
             refused.dedup();
             return Ok((refused, failed));
         }
-        for (layer, before) in self.layers.iter().zip(&seen.layers) {
-            tiles.extend(Self::field(layer, composite).changed(before));
-        }
+        tiles.extend(self.fields().zip(&seen.layers).flat_map(|(layer, before)| layer.changed(before)));
         tiles.sort_unstable();
         tiles.dedup();
         tiles.extend(lost);
         while !tiles.is_empty() {
             tiles.sort_unstable();
             tiles.dedup();
-            refused.extend(composite.compose(context, &Self::sheets(&self.layers), self.background, &tiles)?);
+            refused.extend(self.composite.compose(context, &Self::sheets(&self.layers), self.background, &tiles)?);
             // Layers that do not fade keep theirs, which is then refused.
-            tiles = composite.take_lost();
+            tiles = self.composite.take_lost();
             self.lose(context, &tiles)?;
         }
         refused.sort_unstable();
         refused.dedup();
-        self.look(composite);
+        self.look();
         Ok((refused, failed))
     }
 
     /// Loses blocks of the layers that fade.
     fn lose(&mut self, context: &Context, blocks: &[u32]) -> Result<()> {
-        self.layers
-            .iter_mut()
-            .filter_map(|layer| layer.channel.as_mut())
-            .try_for_each(|layer| layer.lose(context, blocks))
+        self.own_mut().try_for_each(|layer| layer.lose(context, blocks))
     }
 
     /// Makes the blocks of all layers, and of the composite, leave memory for `pages`.
     ///
     /// # Errors
     /// Fails as [`BlockChannel::page_to`] does.
-    pub fn page_to(&mut self, composite: &mut C, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
-        composite.page_to(pages)?;
-        self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut()).try_for_each(|layer| layer.page_to(pages))?;
+    pub fn page_to(&mut self, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
+        self.composite.page_to(pages)?;
+        self.own_mut().try_for_each(|layer| layer.page_to(pages))?;
         if self.seen.is_some() {
-            self.look(composite);
+            self.look();
         }
         Ok(())
     }
@@ -345,19 +355,24 @@ impl<C: LayerChannel> Stack<C> {
     /// # Errors
     /// Fails with the error of the page store about what could not be read back from a page, or written to one, since
     /// this was called last: the first of the composite and the layers.
-    pub fn report_fault(&self, composite: &C) -> Result<()> {
-        composite.report_fault()?;
-        self.layers.iter().filter_map(|layer| layer.channel.as_ref()).try_for_each(BlockChannel::report_fault)
+    pub fn report_fault(&self) -> Result<()> {
+        self.composite.report_fault()?;
+        self.own().try_for_each(BlockChannel::report_fault)
     }
 
     #[inline(never)]
-    fn absorb(&mut self, context: &Context, composite: &C, seen: &Seen<C::Field>, tiles: &[u32]) -> Result<Vec<u32>> {
+    fn absorb(&mut self, context: &Context, seen: &Seen<C::Field>, tiles: &[u32]) -> Result<Vec<u32>> {
         let Some(index) = self.index(self.active) else { return Ok(Vec::new()) };
         let (under, above) = self.layers.split_at_mut(index);
         let Some(Layer { channel: Some(channel), settings, .. }) = above.first_mut() else { return Ok(Vec::new()) };
         let (settings, below) = (*settings, Self::sheets(under));
-        let fields = [&seen.composite, composite.field()];
+        let fields = [&seen.composite, self.composite.field()];
         channel.absorb(context, fields, (&below, self.background), settings, tiles)
+    }
+
+    /// A channel for a layer with the sizes that `face_sizes` has for every face, without blocks.
+    fn blank(&self, face_sizes: &[u32], blank: C::Texel) -> Result<C> {
+        C::sized(self.composite.field(), face_sizes, blank, self.composite.budget())
     }
 
     /// Gives it the layers `heads`, from the lowest: layers that were there keep their texels as far as their sizes are
@@ -367,7 +382,7 @@ impl<C: LayerChannel> Stack<C> {
     /// Fails, and changes nothing, with `Invalid` if `heads` is empty, or one is of another kind or has settings or
     /// sizes that its kind does not have, and as the page store does if a page cannot be read or written.
     #[inline(never)]
-    pub fn arrange(&mut self, composite: &mut C, heads: &[&Head]) -> Result<()> {
+    pub fn arrange(&mut self, heads: &[&Head]) -> Result<()> {
         if heads.is_empty() {
             return Err(Error::invalid("the last layer cannot be removed").advise("hide it, or erase what is on it"));
         }
@@ -378,26 +393,17 @@ impl<C: LayerChannel> Stack<C> {
             if head.kind != C::Texel::KIND || head.blank.len() != size_of::<C::Texel>() {
                 return Err(place(Error::invalid("it is of another kind")));
             }
-            let there = self.index(head.id).map(|index| &self.layers[index]);
-            let there = there.filter(|layer| Blocks::blank(Self::field(layer, composite)) == head.blank);
-            let channel = match there {
+            let channel = match self.channel(head.id).filter(|channel| Blocks::blank(channel.field()) == head.blank) {
                 // Cheap: blocks are shared.
-                Some(layer) => layer.channel.as_ref().unwrap_or(composite).clone(),
-                None => {
-                    let blank = bytemuck::pod_read_unaligned(&head.blank);
-                    C::sized(composite.field(), &head.face_sizes, blank, composite.budget())?
-                }
+                Some(channel) => channel.clone(),
+                None => self.blank(&head.face_sizes, bytemuck::pod_read_unaligned(&head.blank))?,
             };
             fresh.push(channel);
         }
         for (head, channel) in heads.iter().zip(&mut fresh) {
             channel.reshape(&head.face_sizes, &head.given_sizes)?;
         }
-        let layer = |(head, channel): (&&Head, C)| {
-            let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
-            Layer { id, name, settings, channel: Some(channel) }
-        };
-        self.layers = heads.iter().zip(fresh).map(layer).collect();
+        self.layers = heads.iter().zip(fresh).map(|(head, channel)| Layer::of(head, channel)).collect();
         if let Some(lowest) = heads.first() {
             self.see_behind(lowest);
         }
@@ -413,23 +419,23 @@ impl<C: LayerChannel> Stack<C> {
     /// # Errors
     /// Fails as the page store does if a page cannot be read or written; the composite is then as it was.
     #[inline(never)]
-    pub fn refresh(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
+    pub fn refresh(&mut self, context: &Context) -> Result<Vec<u32>> {
         self.seen = None;
         if let [only] = self.layers.as_mut_slice()
             && only.settings == Settings::of(C::Texel::KIND)
         {
             if let Some(mut channel) = only.channel.take() {
-                channel.follow(composite);
-                *composite = channel;
+                channel.follow(&self.composite);
+                self.composite = channel;
             }
             return Ok(Vec::new());
         }
         for layer in &mut self.layers {
-            layer.channel.get_or_insert_with(|| composite.clone());
+            layer.channel.get_or_insert_with(|| self.composite.clone());
         }
-        let (fresh, refused) = composite.recomposed(context, &Self::sheets(&self.layers), self.background)?;
-        *composite = fresh;
-        self.look(composite);
+        let (fresh, refused) = self.composite.recomposed(context, &Self::sheets(&self.layers), self.background)?;
+        self.composite = fresh;
+        self.look();
         Ok(refused)
     }
 
@@ -440,7 +446,7 @@ impl<C: LayerChannel> Stack<C> {
     /// Fails, and changes nothing, with `Invalid` if there is no such layer or none below it, one of the two is hidden,
     /// or what is seen would not stay the same. Fails too as the page store does if a page cannot be read or written.
     #[inline(never)]
-    pub fn merge_down(&mut self, context: &Context, composite: &mut C, id: u32) -> Result<Vec<u32>> {
+    pub fn merge_down(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         let at = self.index(id).ok_or_else(|| no_layer(id))?;
         let place = |layer: &Layer<C>| format!("layer `{}`", layer.name);
         let Some(under) = at.checked_sub(1) else {
@@ -466,7 +472,7 @@ impl<C: LayerChannel> Stack<C> {
             let background = if under == 0 { self.background } else { C::Texel::zeroed() };
             let lowest = &Self::sheets(&self.layers[under..=under]);
             let blank = lowest.first().map_or(background, |sheet| bytemuck::pod_read_unaligned(sheet.field.blank()));
-            let empty = C::sized(sheets[0].field, &sheets[0].field.face_sizes(), blank, composite.budget())?;
+            let empty = self.blank(&sheets[0].field.face_sizes(), blank)?;
             empty.recomposed(context, &sheets, background)?
         };
         self.layers.remove(at);
@@ -475,7 +481,7 @@ impl<C: LayerChannel> Stack<C> {
         if self.active == id {
             self.active = self.layers[under].id;
         }
-        let mut all = self.refresh(context, composite)?;
+        let mut all = self.refresh(context)?;
         all.extend(refused);
         Ok(all)
     }
@@ -489,15 +495,14 @@ impl<C: LayerChannel> Stack<C> {
     pub fn add(
         &mut self,
         context: &Context,
-        composite: &mut C,
         (id, name, settings): (u32, &str, Settings),
         face_sizes: &[u32],
     ) -> Result<Vec<u32>> {
         settings.check(C::Texel::KIND)?;
-        let channel = C::sized(composite.field(), face_sizes, C::Texel::zeroed(), composite.budget())?;
+        let channel = self.blank(face_sizes, C::Texel::zeroed())?;
         self.layers.push(Layer { id, name: name.into(), settings, channel: Some(channel) });
         self.active = id;
-        self.refresh(context, composite)
+        self.refresh(context)
     }
 
     /// Takes the place of all layers: layers that were read, from the lowest, with their texels. What is behind them
@@ -507,17 +512,13 @@ impl<C: LayerChannel> Stack<C> {
     /// Fails, and changes nothing, with `Invalid` if `layers` is empty. Fails too as [`Self::refresh`], when they have
     /// taken the place.
     #[inline(never)]
-    pub fn take_up(&mut self, context: &Context, composite: &mut C, layers: Vec<(&Head, C)>) -> Result<Vec<u32>> {
+    pub fn take_up(&mut self, context: &Context, layers: Vec<(&Head, C)>) -> Result<Vec<u32>> {
         let Some((lowest, _)) = layers.first() else { return Err(Error::invalid("there are no layers to take up")) };
         let lowest = (*lowest).clone();
         self.active = lowest.id;
-        let layer = |(head, channel): (&Head, C)| {
-            let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
-            Layer { id, name, settings, channel: Some(channel) }
-        };
         self.see_behind(&lowest);
-        self.layers = layers.into_iter().map(layer).collect();
-        self.refresh(context, composite)
+        self.layers = layers.into_iter().map(|(head, channel)| Layer::of(head, channel)).collect();
+        self.refresh(context)
     }
 
     /// Gives the layers other numbers, from `first` on.
@@ -541,11 +542,11 @@ impl<C: LayerChannel> Stack<C> {
     /// # Errors
     /// Fails, and changes nothing, with `Invalid` if there is no such layer or its kind cannot be seen so. Fails too as
     /// [`Self::refresh`], when the settings are changed.
-    pub fn set(&mut self, context: &Context, composite: &mut C, id: u32, to: Settings) -> Result<Vec<u32>> {
+    pub fn set(&mut self, context: &Context, id: u32, to: Settings) -> Result<Vec<u32>> {
         let index = self.index(id).ok_or_else(|| no_layer(id))?;
         to.check(C::Texel::KIND)?;
         self.layers[index].settings = to;
-        self.refresh(context, composite)
+        self.refresh(context)
     }
 
     /// Puts a layer at a place counted from the lowest, or above all. Returns the tiles that the budget refused.
@@ -553,10 +554,10 @@ impl<C: LayerChannel> Stack<C> {
     /// # Errors
     /// Fails, and changes nothing, with `Invalid` if there is no such layer. Fails too as [`Self::refresh`], when the
     /// layer is at its place.
-    pub fn place(&mut self, context: &Context, composite: &mut C, id: u32, place: usize) -> Result<Vec<u32>> {
+    pub fn place(&mut self, context: &Context, id: u32, place: usize) -> Result<Vec<u32>> {
         let layer = self.layers.remove(self.index(id).ok_or_else(|| no_layer(id))?);
         self.layers.insert(place.min(self.layers.len()), layer);
-        self.refresh(context, composite)
+        self.refresh(context)
     }
 
     /// Removes a layer. Returns the tiles that the budget refused.
@@ -564,7 +565,7 @@ impl<C: LayerChannel> Stack<C> {
     /// # Errors
     /// Fails, and changes nothing, with `Invalid` if there is no such layer, or no other. Fails too as
     /// [`Self::refresh`], when the layer is removed.
-    pub fn remove(&mut self, context: &Context, composite: &mut C, id: u32) -> Result<Vec<u32>> {
+    pub fn remove(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         let index = self.index(id).ok_or_else(|| no_layer(id))?;
         if self.layers.len() == 1 {
             return Err(Error::invalid("the last layer cannot be removed").advise("hide it, or erase what is on it"));
@@ -573,7 +574,7 @@ impl<C: LayerChannel> Stack<C> {
         if self.active == id {
             self.active = self.layers[index.saturating_sub(1)].id;
         }
-        self.refresh(context, composite)
+        self.refresh(context)
     }
 
     /// Makes one layer of all: what is seen. It has the number and the name of the lowest.

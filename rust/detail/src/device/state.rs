@@ -92,7 +92,7 @@ pub(super) fn bring<'a, T: Texel>(
 impl DeviceObject {
     fn new(device: &Device, object: &DisplacedObject) -> Result<Self> {
         let surface = DeviceSurface::new(device, &object.surface)?;
-        let tiles = DeviceTiles::new(device, object.displacement.field())?;
+        let tiles = DeviceTiles::new(device, object.displacement().field())?;
         let (coarse, sculpting, painting, half_painting) = ([None, None], None, None, None);
         Ok(Self {
             device: device.clone(),
@@ -145,7 +145,7 @@ impl DeviceObject {
 
     /// Makes the device have the displacement of `object`, whose state this is, and `start`, that of when a stroke began.
     pub(super) fn follow(&mut self, object: &DisplacedObject, start: Option<&Field>) -> Result<()> {
-        self.tiles.update(&self.device, object.displacement.field())?;
+        self.tiles.update(&self.device, object.displacement().field())?;
         start.map_or(Ok(()), |start| bring(&mut self.begun, &self.device, start).map(drop))
     }
 
@@ -236,7 +236,7 @@ impl DeviceObject {
 
     /// Makes ready to work on tiles of `object`, whose state this is. Returns the texels a side of the largest.
     pub(super) fn prepare_work(&mut self, object: &DisplacedObject) -> Result<u32> {
-        let worked = WorkedTiles::ready(self.worked.take(), &self.device, object.displacement.field())?;
+        let worked = WorkedTiles::ready(self.worked.take(), &self.device, object.displacement().field())?;
         Ok(self.worked.insert(worked).largest())
     }
 

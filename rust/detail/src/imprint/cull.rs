@@ -74,7 +74,7 @@ fn cull_frame(context: &Context, object: &mut DisplacedObject, frame: &VoxelFram
     let mut culled = context.scratch().list();
     context.map_into(tiles.len(), &mut culled, |index| {
         let tile = tiles[index];
-        let field = object.displacement.field();
+        let field = object.displacement().field();
         let range = field.block(tile).map_or([0.0; 2], range);
         let length = object.vectors().map_or(0.0, |vectors| vectors.field().length(tile));
         let reach = Reach { range, length };
@@ -85,7 +85,7 @@ fn cull_frame(context: &Context, object: &mut DisplacedObject, frame: &VoxelFram
 
 /// Every tile with every block: what imprints cost without culling.
 pub fn everything(object: &DisplacedObject) -> Vec<CulledTile> {
-    let field = object.displacement.field();
+    let field = object.displacement().field();
     let tiles = (0..field.tile_count() as u32).filter(|tile| !field.topology().is_hole(*tile));
     tiles
         .map(|tile| {

@@ -148,8 +148,8 @@ impl Canvas for DisplacedObject {
     }
 
     fn painted_bytes(&mut self) -> Result<u64> {
-        let paint = self.take_paint()?;
-        let bytes = by_format!(&paint, paint => paint.bytes());
+        let mut paint = self.take_paint()?;
+        let bytes = by_format!(&mut paint, stack => stack.active_mut().bytes());
         self.put_paint(paint);
         Ok(bytes)
     }
@@ -215,8 +215,8 @@ impl Canvas for TriangleObject {
     }
 
     fn painted_bytes(&mut self) -> Result<u64> {
-        let paint = self.take_paint()?;
-        let bytes = by_format!(&paint, paint => paint.bytes());
+        let mut paint = self.take_paint()?;
+        let bytes = by_format!(&mut paint, stack => stack.active_mut().bytes());
         self.put_paint(paint);
         Ok(bytes)
     }

@@ -42,7 +42,7 @@ impl Dab {
         let culled = self.intersect(context, object, start, |object, tile| match &object.vectors {
             Some(vectors) if level > 0 => vectors.field().size_at(tile, level),
             Some(vectors) => vectors.field().size(tile),
-            None => object.displacement.field().size(tile),
+            None => object.displacement().field().size(tile),
         });
         let Some(vectors) = &object.vectors else { return Err(no_vectors()) };
         let mut tiles = context.scratch().list();

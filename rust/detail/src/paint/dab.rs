@@ -118,7 +118,9 @@ impl Dab {
             return Ok(reports.into_iter().next().unwrap_or_default());
         }
         let mut paint = object.take_paint()?;
-        let done = by_format!(&mut paint, paint => self.paint_channel(context, object, start, paint, mode, color));
+        let done = by_format!(&mut paint, stack => {
+            self.paint_channel(context, object, start, stack.active_mut(), mode, color)
+        });
         object.put_paint(paint);
         done
     }
@@ -203,7 +205,7 @@ impl Dab {
         // Both see the surface as it was before.
         let kept = match start {
             Some(_) => None,
-            None => Some((object.displacement.field().clone(), object.vectors.as_ref().map(|v| v.field().clone()))),
+            None => Some((object.displacement().field().clone(), object.vectors.as_ref().map(|v| v.field().clone()))),
         };
         let kept = kept.as_ref().map(|(heights, vectors)| Ground { heights, vectors: vectors.as_ref() });
         let mut report = raise(object, start.or(kept))?;
@@ -230,10 +232,10 @@ impl Dab {
             return Ok(reports.into_iter().next().unwrap_or_default());
         }
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
-        let culled = self.intersect(context, object, start, |object, tile| object.displacement.field().size(tile));
+        let culled = self.intersect(context, object, start, |object, tile| object.displacement().field().size(tile));
         let edits = self.raised(context, object, start, (mode, height), &culled, &brush)?;
         object.widen(edit::range(context, &edits));
-        let displacement: &mut Displacement = &mut object.displacement;
+        let displacement: &mut Displacement = object.layers.displacement.composite_mut();
         let report = edit::write(context, displacement, &culled, edits, mode == SculptMode::Erase)?;
         object.refit_after(context, start, &culled, &report, false);
         culled::give_back(context, culled);
@@ -250,7 +252,7 @@ impl Dab {
         culled: &[CulledTile],
         brush: &BrushParameters,
     ) -> Result<Vec<TileEdit<f16>>> {
-        let field = object.displacement.field();
+        let field = object.displacement().field();
         let level = context.level();
         let ground = start.unwrap_or(object.ground());
         let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {

@@ -33,7 +33,7 @@ impl DisplacedObject {
         report: &DabReport,
         finer: bool,
     ) {
-        let field = self.displacement.field();
+        let field = self.displacement().field();
         let tiles = edit::stale(context, field, culled, report);
         if finer {
             let mut ranges = context.scratch().list();
@@ -75,8 +75,8 @@ impl Dab {
         match self.action {
             Action::Paint { mode, color } => {
                 let mut paint = object.take_paint()?;
-                let done = by_format!(&mut paint, paint => {
-                    self.paint_at(context, object, paint, (start, level), mode, color)
+                let done = by_format!(&mut paint, stack => {
+                    self.paint_at(context, object, stack.active_mut(), (start, level), mode, color)
                 });
                 object.put_paint(paint);
                 done
@@ -129,11 +129,11 @@ impl Dab {
     ) -> Result<DabReport> {
         object.layers.displacement.check_editable()?;
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
-        let size = |object: &DisplacedObject, tile: u32| object.displacement.field().size_at(tile, level);
+        let size = |object: &DisplacedObject, tile: u32| object.displacement().field().size_at(tile, level);
         let culled = self.intersect(context, object, start, size);
         let mut tiles = context.scratch().list();
         tiles.extend(culled.iter().map(|culled| culled.tile));
-        let coarse = object.displacement.field().at_level(context, level, &tiles)?;
+        let coarse = object.displacement().field().at_level(context, level, &tiles)?;
         let before = start.map(|start| start.heights.at_level(context, level, &tiles)).transpose()?;
         let edits = match object.raised_on_device(context, self, start, (&coarse, before.as_ref())) {
             Some(edits) => edits,
@@ -153,7 +153,8 @@ impl Dab {
             }
         };
         let erase = mode == SculptMode::Erase;
-        let report = edit::write_at(context, &mut object.displacement, Some(&coarse), &culled, edits, erase)?;
+        let report =
+            edit::write_at(context, object.layers.displacement.composite_mut(), Some(&coarse), &culled, edits, erase)?;
         object.refit_after(context, start, &culled, &report, true);
         culled::give_back(context, culled);
         Ok(report)

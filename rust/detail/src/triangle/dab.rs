@@ -56,7 +56,9 @@ impl TriangleObject {
             Action::Paint { mode, color } => {
                 let mut paint = self.take_paint()?;
                 let color = Vec4::from(color);
-                let done = by_format!(&mut paint, paint => self.paint_channel(context, dab, start, paint, mode, color));
+                let done = by_format!(&mut paint, stack => {
+                    self.paint_channel(context, dab, start, stack.active_mut(), mode, color)
+                });
                 self.put_paint(paint);
                 done
             }
@@ -113,7 +115,7 @@ impl TriangleObject {
         let kept = match start {
             Some(_) => None,
             None => {
-                Some((self.displacement.field().clone(), self.offsets.as_ref().map(|(offsets, _)| offsets.clone())))
+                Some((self.displacement().field().clone(), self.offsets.as_ref().map(|(offsets, _)| offsets.clone())))
             }
         };
         let kept = kept.as_ref().map(|(heights, vectors)| TriangleGround { heights, vectors: vectors.as_ref() });
@@ -140,7 +142,7 @@ impl TriangleObject {
         }
         let faces = self.intersect(context, dab, start);
         let brush = BrushParameters::new(&dab.brush, dab.strength, &self.transform);
-        let field = self.displacement.field();
+        let field = self.displacement().field();
         let elements = Element::of_faces(field.topology(), &faces);
         let stamp = dab.brush.stamp();
         let sculpting = Sculpting { level: context.level(), mode, height, stamp, since: start.is_some() };
@@ -156,8 +158,14 @@ impl TriangleObject {
         let edits = level::refined(context, field, pattern, edits);
         let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
         self.widen(edits.iter().map(|edit| crate::object::ranges::range(&edit.values)).fold([0.0; 2], with));
-        let (report, shown) =
-            write(context, &mut self.displacement, pattern, &faces, edits, mode == SculptMode::Erase)?;
+        let (report, shown) = write(
+            context,
+            self.layers.displacement.composite_mut(),
+            pattern,
+            &faces,
+            edits,
+            mode == SculptMode::Erase,
+        )?;
         self.touch(&shown);
         Ok(report)
     }

@@ -148,13 +148,14 @@ impl TriangleObject {
                     event.edits.iter().map(|edit| crate::object::ranges::range(&edit.values)).fold([0.0; 2], with),
                 );
                 let erases = mode == SculptMode::Erase;
-                let (reports, shown) = event.take(context, &mut self.displacement, erases)?;
+                let (reports, shown) = event.take(context, self.layers.displacement.composite_mut(), erases)?;
                 self.touch(&shown);
                 Ok(Some(reports))
             }
             Kind::Paint(mode) => {
                 let mut paint = self.take_paint()?;
-                let done = by_format!(&mut paint, paint => {
+                let done = by_format!(&mut paint, stack => {
+                    let paint = stack.active_mut();
                     let make = |device: &mut TriangleDevice, object: &Self| {
                         device.paint(context, object, paint, dabs, start, mode)
                     };
@@ -268,7 +269,7 @@ impl TriangleDevice {
         start: Option<TriangleGround<'_>>,
         mode: SculptMode,
     ) -> Result<Option<Event<f16>>> {
-        let (channel, ground) = (&object.displacement, start.unwrap_or(object.ground()));
+        let (channel, ground) = (object.displacement(), start.unwrap_or(object.ground()));
         let edits = edits_of(&object.transform, dabs, Vec4::ZERO);
         // A dab that is by itself goes by its own displacement.
         let (together, looks_beside) = (start.is_some(), mode.needs_mean());

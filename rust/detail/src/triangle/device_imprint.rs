@@ -82,7 +82,7 @@ impl Imprinted for TriangleObject {
         self.renew_vectors(context);
         self.measure();
         self.layers.displacement.check_editable()?;
-        self.traces.as_ref().map_or(Ok(()), |traces| traces::check(self.displacement.field(), traces.field()))
+        self.traces.as_ref().map_or(Ok(()), |traces| traces::check(self.displacement().field(), traces.field()))
     }
 
     fn is_for_row(&self, settings: &ImprintSettings) -> bool {
@@ -134,7 +134,7 @@ impl Imprinted for TriangleObject {
     }
 
     fn known(&self) -> Known {
-        Known { field: self.displacement.field().clone(), blocks: BTreeMap::new() }
+        Known { field: self.displacement().field().clone(), blocks: BTreeMap::new() }
     }
 
     /// Others would have found something else after one of which the budget refused faces, and where the device rounds
@@ -149,7 +149,7 @@ impl Imprinted for TriangleObject {
         report: &mut Report,
     ) -> Result<bool> {
         imprinter.finish_triangles_there(context, self, &cast, known, settings, report)?;
-        Ok(is_last || known.agrees(self.displacement.field(), &cast.pressed))
+        Ok(is_last || known.agrees(self.displacement().field(), &cast.pressed))
     }
 
     /// What changed is sent with the next submission.

@@ -96,7 +96,7 @@ impl Imprinter {
         if faces.is_empty() {
             return Ok(());
         }
-        let edits = known.edits(object.displacement.field(), &cast.pressed);
+        let edits = known.edits(object.displacement().field(), &cast.pressed);
         let kept = |_: &TriangleField, refused: &[u32]| {
             let kept = cast.volumes.iter().filter(|(face, _)| refused.binary_search(face).is_err());
             kept.map(|(_, volumes)| *volumes).sum()
@@ -146,22 +146,22 @@ fn finish_triangles(
 ) -> Result<[u64; 2]> {
     let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
     object.widen(edits.iter().map(|edit| crate::object::ranges::range(&edit.values)).fold([0.0; 2], with));
-    let before = object.displacement.field().clone();
+    let before = object.displacement().field().clone();
     let finest = before.pattern();
-    let (done, shown) = write(context, &mut object.displacement, finest, faces, edits, false)?;
+    let (done, shown) = write(context, object.layers.displacement.composite_mut(), finest, faces, edits, false)?;
     object.touch(&shown);
     // What the budget refused moved nothing.
-    report.volumes = kept(object.displacement.field(), &done.refused);
+    report.volumes = kept(object.displacement().field(), &done.refused);
     let mut refused = done.refused;
     if let Some(traces) = &mut object.traces {
-        let fields = [&before, object.displacement.field()];
+        let fields = [&before, object.layers.displacement.composite().field()];
         refused.extend(traces::record(context, fields, traces, &shown, object.time)?);
         refused.sort_unstable();
         refused.dedup();
     }
     if settings.smoothing > 0.0 {
         let _stage = context.stats().begin("imprint.smooth");
-        let shown = smoothing::smooth(context, &mut object.displacement, &before, &shown, settings)?;
+        let shown = smoothing::smooth(context, object.layers.displacement.composite_mut(), &before, &shown, settings)?;
         object.touch(&shown);
     }
     report.changed = done.changed;
@@ -260,7 +260,7 @@ fn cast(
     let frame = VoxelFrame::new(voxels.grid(), &object.transform);
     let limits =
         Limits { share: settings.share, max_displacement: settings.max_displacement, depth: settings.depth_limit };
-    let field = object.displacement.field();
+    let field = object.displacement().field();
     let elements = Element::of_faces(field.topology(), faces);
     let level = context.level();
     let done = context.map(elements.len(), |index| {

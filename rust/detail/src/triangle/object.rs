@@ -16,7 +16,8 @@ use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, StoredTexel, Texel, Trace, Ve
 
 use super::device::TriangleDevice;
 use crate::channels::fading::FadingObject;
-use crate::channels::layered::{self, Channels, LayeredObject, Layers, Stored};
+use crate::channels::layered::{self, LayeredObject, Layers, LayersOf, Stored};
+use crate::channels::layers::Stack;
 use crate::geometry::hierarchy::{Bounds, Hierarchy, Region};
 use crate::geometry::obb::Obb;
 use crate::object::ranges::{Ranges, widest};
@@ -33,11 +34,8 @@ pub(crate) struct TriangleGround<'a> {
 #[derive(Debug)]
 pub struct TriangleObject {
     pub(super) surface: TriangleSurface,
-    pub(super) displacement: TriangleChannel,
-    /// Its colours are these or those below, not both.
-    pub(super) paint: Option<TriangleChannel<Rgba8>>,
-    pub(super) half_paint: Option<TriangleChannel<Rgba16>>,
-    pub(super) layers: Layers<TriangleChannel, TriangleChannel<Rgba8>, TriangleChannel<Rgba16>>,
+    /// Its displacement and its colours.
+    pub(super) layers: LayersOf<Self>,
     pub(super) traces: Option<TriangleChannel<Trace>>,
     /// What blocks page to.
     pages: Option<Arc<dyn PageStore>>,
@@ -82,15 +80,12 @@ impl TriangleObject {
         })?;
         let normals = TriangleNormals::new(surface.topology(), displacement.field().pattern());
         Ok(Self {
-            layers: Layers::default(),
+            layers: Layers::new(displacement),
             traces: None,
             pages: None,
             vectors: None,
             offsets: None,
             surface,
-            displacement,
-            paint: None,
-            half_paint: None,
             normals,
             transform,
             hierarchy,
@@ -130,7 +125,7 @@ impl TriangleObject {
 
     /// The displacement.
     pub fn displacement(&self) -> &TriangleChannel {
-        &self.displacement
+        self.layers.displacement.composite()
     }
 
     /// The displacement, to be written.
@@ -138,33 +133,33 @@ impl TriangleObject {
         self.reach = None;
         self.ranges.forget();
         self.stale = None;
-        &mut self.displacement
+        self.layers.displacement.composite_mut()
     }
 
     /// The colours painted on it, of either format, if it can be painted.
     pub fn colors(&self) -> Option<ByFormat<&TriangleField<Rgba8>, &TriangleField<Rgba16>>> {
-        let half = self.half_paint.as_ref().map(|paint| ByFormat::Rgba16(paint.field()));
-        self.paint.as_ref().map(|paint| ByFormat::Rgba8(paint.field())).or(half)
+        let half = self.half_paint().map(|paint| ByFormat::Rgba16(paint.field()));
+        self.paint().map(|paint| ByFormat::Rgba8(paint.field())).or(half)
     }
 
     /// The colours painted on it, if it can be painted with those of 8 bits.
     pub fn paint(&self) -> Option<&TriangleChannel<Rgba8>> {
-        self.paint.as_ref()
+        self.layers.colors.as_ref().map(Stack::composite)
     }
 
     /// The colours of 8 bits, to be written.
     pub fn paint_mut(&mut self) -> Option<&mut TriangleChannel<Rgba8>> {
-        self.paint.as_mut()
+        self.layers.colors.as_mut().map(Stack::composite_mut)
     }
 
     /// As [`Self::paint`], of half floats.
     pub fn half_paint(&self) -> Option<&TriangleChannel<Rgba16>> {
-        self.half_paint.as_ref()
+        self.layers.half_colors.as_ref().map(Stack::composite)
     }
 
     /// As [`Self::paint_mut`], of half floats.
     pub fn half_paint_mut(&mut self) -> Option<&mut TriangleChannel<Rgba16>> {
-        self.half_paint.as_mut()
+        self.layers.half_colors.as_mut().map(Stack::composite_mut)
     }
 
     /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have.
@@ -177,10 +172,7 @@ impl TriangleObject {
     pub fn set_paint(&mut self, mut paint: TriangleChannel<Rgba8>) -> Result<()> {
         self.check_mesh(paint.field().topology(), "colours")?;
         self.page(&mut paint)?;
-        (self.layers.half_colors, self.half_paint) = (None, None);
-        self.layers.colors = Some(layered::colors(paint.field().blank()));
-        self.paint = Some(paint);
-        self.layers.fading.forget_colors();
+        self.layers.set_paint(paint);
         self.fade_own()
     }
 
@@ -191,10 +183,7 @@ impl TriangleObject {
     pub fn set_half_paint(&mut self, mut paint: TriangleChannel<Rgba16>) -> Result<()> {
         self.check_mesh(paint.field().topology(), "colours")?;
         self.page(&mut paint)?;
-        (self.layers.colors, self.paint) = (None, None);
-        self.layers.half_colors = Some(layered::colors(paint.field().blank()));
-        self.half_paint = Some(paint);
-        self.layers.fading.forget_colors();
+        self.layers.set_half_paint(paint);
         self.fade_own()
     }
 
@@ -338,7 +327,7 @@ impl TriangleObject {
     /// Fails as [`Self::renew`].
     pub fn commit(&mut self, context: &Context) -> Result<Arc<TriangleSnapshot>> {
         self.renew(context)?;
-        Ok(self.displacement.commit())
+        Ok(self.layers.displacement.composite_mut().commit())
     }
 
     /// Which level dabs edit: 0 for T segments an edge, 1 for half and 2 for a quarter of them.
@@ -396,7 +385,7 @@ impl TriangleObject {
     /// The displacements as they are.
     pub(crate) fn ground(&self) -> TriangleGround<'_> {
         let vectors = self.offsets.as_ref().map(|(offsets, _)| offsets);
-        TriangleGround { heights: self.displacement.field(), vectors }
+        TriangleGround { heights: self.displacement().field(), vectors }
     }
 
     /// The length of the longest vector.
@@ -411,14 +400,14 @@ impl TriangleObject {
 
     /// Whether a face has a block of displacement or of colours.
     pub fn is_allocated(&self, face: u32) -> bool {
-        self.displacement.field().is_allocated(face)
+        self.displacement().field().is_allocated(face)
             || self.colors().is_some_and(|colors| by_format!(colors, field => field.is_allocated(face)))
             || self.traces.as_ref().is_some_and(|traces| traces.field().is_allocated(face))
     }
 
     /// How finely a face has to be divided to show all that is on it.
     pub fn rates(&self, face: u32) -> FaceRates {
-        let rates = FaceRates::of(self.displacement.field(), face);
+        let rates = FaceRates::of(self.displacement().field(), face);
         let vectors = self.vectors.as_ref();
         let rates = vectors.map_or(rates, |vectors| rates.with(FaceRates::of(vectors.field(), face)));
         let traces = self.traces.as_ref();
@@ -464,9 +453,9 @@ impl TriangleObject {
     /// Fails as [`Self::displaced`].
     pub fn renew(&mut self, context: &Context) -> Result<()> {
         self.renew_vectors(context);
-        let lost = self.displacement.lost().to_vec();
+        let lost = self.displacement().lost().to_vec();
         self.note_shown(&lost);
-        let displaced = TriangleDisplaced::new(&self.surface, self.displacement.field())?;
+        let displaced = TriangleDisplaced::new(&self.surface, self.layers.displacement.composite().field())?;
         let displaced = match &self.offsets {
             Some((offsets, _)) => displaced.with_vectors(offsets)?,
             None => displaced,
@@ -500,7 +489,7 @@ impl TriangleObject {
 
     /// Finds the least and the largest displacement there is, as [`crate::DisplacedObject`] does.
     pub(crate) fn measure(&mut self) -> [f32; 2] {
-        let field = self.displacement.field();
+        let field = self.layers.displacement.composite().field();
         let faces = field.allocated().map(|face| (face, field.version(face)));
         let faces = self.ranges.of(faces, |face| field.range(TriangleBlock::Face(face)).unwrap_or_default());
         *self.reach.insert(widest(faces, range_between(field)))
@@ -516,7 +505,7 @@ impl TriangleObject {
     /// Faces that may be in `obb`, displaced as they are or as they were with `start`, ascending.
     pub(super) fn faces_near(&self, context: &Context, obb: &Obb, start: Option<TriangleGround<'_>>) -> Vec<u32> {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
-        let field = self.displacement.field();
+        let field = self.displacement().field();
         let [least, most] = self.reach.unwrap_or_else(|| range(field));
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
         let stretch = DVec3::from(rows.map(|row| row.length()));
@@ -574,32 +563,16 @@ impl LayeredObject for TriangleObject {
         self.touch(&shown);
     }
 
-    fn channels(
-        &self,
-    ) -> Channels<
-        &TriangleChannel,
-        &Option<Self::Paint>,
-        &Option<Self::HalfPaint>,
-        &Layers<TriangleChannel, Self::Paint, Self::HalfPaint>,
-    > {
-        let Self { layers, displacement, paint, half_paint, .. } = self;
-        Channels { layers, displacement, paint, half_paint }
+    fn stacks(&self) -> &LayersOf<Self> {
+        &self.layers
     }
 
-    fn channels_mut(
-        &mut self,
-        displaced: bool,
-    ) -> Channels<
-        &mut TriangleChannel,
-        &mut Option<Self::Paint>,
-        &mut Option<Self::HalfPaint>,
-        &mut Layers<TriangleChannel, Self::Paint, Self::HalfPaint>,
-    > {
-        if displaced {
-            self.displacement_mut();
-        }
-        let Self { layers, displacement, paint, half_paint, .. } = self;
-        Channels { layers, displacement, paint, half_paint }
+    fn stacks_mut(&mut self) -> &mut LayersOf<Self> {
+        &mut self.layers
+    }
+
+    fn forget_measures(&mut self) {
+        self.displacement_mut();
     }
 
     fn others(&self) -> (Option<&Self::Traces>, Option<&Self::Vectors>) {

@@ -47,7 +47,7 @@ impl DeviceObject {
         mode: SculptMode,
     ) -> Result<Option<Event<f16>>> {
         self.follow_ground(object, start)?;
-        let (known, channel) = (self.sculpting.take(), &object.displacement);
+        let (known, channel) = (self.sculpting.take(), object.displacement());
         let Self { device, surface, tiles, ring, .. } = &*self;
         let ground = self.ground(object, start);
         let mut brush = DeviceBrush::ready(known, device, (surface, ground.0), channel.field())?;
@@ -132,7 +132,7 @@ impl DeviceObject {
         let ground = (DeviceGround { heights, ..there }, Ground { heights: field, ..here });
         let mut brush = DeviceBrush::ready(known, device, (surface, ground.0), coarse)?;
         let edits = edits_of(&object.transform, std::slice::from_ref(dab), Vec4::ZERO);
-        let (channel, looks_beside) = (&object.displacement, mode.needs_mean());
+        let (channel, looks_beside) = (object.displacement(), mode.needs_mean());
         let stage = Stage {
             device,
             surface,

@@ -120,16 +120,17 @@ impl DisplacedObject {
                 let Some(event) = on_device(context, "dab.device", self, make) else { return Ok(None) };
                 self.widen(edit::range(context, &event.edits));
                 let (firsts, erases) = (event.firsts.clone(), mode == SculptMode::Erase);
-                let (report, reports, culled) = take(context, &mut self.displacement, event, erases)?;
+                let (report, reports, culled) = take(context, self.layers.displacement.composite_mut(), event, erases)?;
                 on_device(context, "dab.follow", self, |device: &mut DeviceObject, object| {
-                    device.follow_sculpted(object.displacement.field(), &kept(&firsts, &report))
+                    device.follow_sculpted(object.displacement().field(), &kept(&firsts, &report))
                 });
                 self.refit_after(context, start, &culled, &report, false);
                 Ok(Some(reports))
             }
             Kind::Paint(mode) => {
                 let mut paint = self.take_paint()?;
-                let done = by_format!(&mut paint, paint => {
+                let done = by_format!(&mut paint, stack => {
+                    let paint = stack.active_mut();
                     let make =
                         |device: &mut DeviceObject, object: &Self| device.paint(object, (paint, None), dabs, start, mode);
                     match on_device(context, "dab.device", self, make) {
