@@ -27,7 +27,6 @@ use relievo_tiles::{
 
 use crate::channels::fading::FadingObject;
 use crate::channels::layered::Layers;
-use crate::channels::layers::Stack;
 use crate::device::DeviceObject;
 use crate::geometry::hierarchy::{Hierarchy, Region};
 use crate::geometry::obb::Obb;
@@ -225,29 +224,28 @@ impl DisplacedObject {
 
     /// The colours painted on it, of either format, if it can be painted.
     pub fn colors(&self) -> Option<AnyField<'_>> {
-        let half = self.half_paint().map(|paint| ByFormat::Rgba16(paint.field()));
-        self.paint().map(|paint| ByFormat::Rgba8(paint.field())).or(half)
+        self.layers.color_fields()
     }
 
     /// The colours painted on it, if it can be painted with those of 8 bits.
     pub fn paint(&self) -> Option<&Paint> {
-        self.layers.colors.as_ref().map(Stack::composite)
+        self.layers.paints().0
     }
 
     /// The colours of 8 bits, to be written. With several layers of them, see [`Self::layers`], these are what the
     /// layers come to, and what is written is lost when they are settled.
     pub fn paint_mut(&mut self) -> Option<&mut Paint> {
-        self.layers.colors.as_mut().map(Stack::composite_mut)
+        self.layers.paints_mut().0
     }
 
     /// As [`Self::paint`], of half floats.
     pub fn half_paint(&self) -> Option<&Paint<Rgba16>> {
-        self.layers.half_colors.as_ref().map(Stack::composite)
+        self.layers.paints().1
     }
 
     /// As [`Self::paint_mut`], of half floats.
     pub fn half_paint_mut(&mut self) -> Option<&mut Paint<Rgba16>> {
-        self.layers.half_colors.as_mut().map(Stack::composite_mut)
+        self.layers.paints_mut().1
     }
 
     /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have.
@@ -257,7 +255,7 @@ impl DisplacedObject {
     /// with the error of the page store if a tile cannot be read from its page or written to one.
     pub fn set_paint(&mut self, mut paint: Paint) -> Result<()> {
         self.take_on(&mut paint)?;
-        self.layers.set_paint(paint);
+        self.layers.set_colors(ByFormat::Rgba8(paint));
         self.fade_own()
     }
 
@@ -267,7 +265,7 @@ impl DisplacedObject {
     /// Fails as [`Self::set_paint`].
     pub fn set_half_paint(&mut self, mut paint: Paint<Rgba16>) -> Result<()> {
         self.take_on(&mut paint)?;
-        self.layers.set_half_paint(paint);
+        self.layers.set_colors(ByFormat::Rgba16(paint));
         self.fade_own()
     }
 

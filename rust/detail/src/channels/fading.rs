@@ -12,7 +12,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::head::STAMPS_OF;
 use relievo_document::{Document, Head, Kind, Stamps};
 use relievo_gpu::Device;
-use relievo_tiles::{Blocks, Channel, Decay, DecayOptions, Displacement, Field, Paint, Rgba16, StoredTexel};
+use relievo_tiles::{Blocks, ByFormat, Channel, Decay, DecayOptions, Displacement, Field, Paint, Rgba16, StoredTexel};
 
 use crate::channels::history::{BlockState, LayerState};
 use crate::channels::layer_channel::{Absorb, LayerChannel};
@@ -450,16 +450,16 @@ fn sorted(mut tiles: Vec<u32>) -> Vec<u32> {
 /// Does the same for displacement and colours, of which an object has those of one format.
 macro_rules! each_kind {
     ($object:expr, $kept:ident => $work:expr) => {{
-        let Layers { displacement: stack, colors, half_colors, fading, .. } = $object.stacks_mut();
+        let Layers { displacement: stack, colors, fading, .. } = $object.stacks_mut();
         #[allow(unused_mut)]
         let mut $kept = Kept { faded: &mut fading.displacement, stack };
         $work;
-        if let Some(stack) = colors {
+        if let Some(ByFormat::Rgba8(stack)) = colors {
             #[allow(unused_mut)]
             let mut $kept = Kept { faded: &mut fading.paint, stack };
             $work;
         }
-        if let Some(stack) = half_colors {
+        if let Some(ByFormat::Rgba16(stack)) = colors {
             #[allow(unused_mut)]
             let mut $kept = Kept { faded: &mut fading.half_paint, stack };
             $work;
@@ -663,7 +663,7 @@ pub trait FadingObject: LayeredObject {
     fn read_stamps(&self, kind: Kind, block: u32) -> Option<Vec<u8>> {
         let own = self.stacks();
         match kind.is_color() {
-            true if own.half_colors.is_some() => read(&own.fading.half_paint, block),
+            true if matches!(own.colors, Some(ByFormat::Rgba16(_))) => read(&own.fading.half_paint, block),
             true => read(&own.fading.paint, block),
             false => read(&own.fading.displacement, block),
         }
@@ -688,7 +688,7 @@ pub trait FadingObject: LayeredObject {
     fn stamped_blocks(&self, kind: Kind) -> Vec<u32> {
         let own = self.stacks();
         match kind.is_color() {
-            true if own.half_colors.is_some() => stamped(&own.fading.half_paint),
+            true if matches!(own.colors, Some(ByFormat::Rgba16(_))) => stamped(&own.fading.half_paint),
             true => stamped(&own.fading.paint),
             false => stamped(&own.fading.displacement),
         }
@@ -710,10 +710,13 @@ impl<O: LayeredObject> FadingObject for O {}
 
 /// Adds the layers of stamps to `states`, and says of the others which fade.
 pub(crate) fn add_stamp_states(object: &impl LayeredObject, states: &mut Vec<LayerState>) {
-    let Layers { displacement, colors, half_colors, fading, .. } = object.stacks();
+    let Layers { displacement, colors, fading, .. } = object.stacks();
     add_states(&fading.displacement, displacement, states);
-    colors.iter().for_each(|stack| add_states(&fading.paint, stack, states));
-    half_colors.iter().for_each(|stack| add_states(&fading.half_paint, stack, states));
+    match colors {
+        Some(ByFormat::Rgba8(stack)) => add_states(&fading.paint, stack, states),
+        Some(ByFormat::Rgba16(stack)) => add_states(&fading.half_paint, stack, states),
+        None => {}
+    }
 }
 
 /// Makes edits of `layers` stay, because they have become others.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec4;
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_document::head::STAMPS_OF;
@@ -31,10 +32,8 @@ const ADDED: u32 = 16;
 pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: LayerChannel = Paint<Rgba16>> {
     /// Those of displacement.
     pub(crate) displacement: Stack<H>,
-    /// Those of colour, if it has colours of 8 bits.
-    pub(crate) colors: Option<Stack<C>>,
-    /// Those of colour, if it has colours of half floats; then it has no others.
-    pub(crate) half_colors: Option<Stack<W>>,
+    /// Those of colour, of 8 bits or of half floats, if it has colours.
+    pub(crate) colors: Option<Colors<C, W>>,
     /// The stamps of layers that fade.
     pub(crate) fading: Fading<H, C, W>,
     /// The numbers of its traces and of its vectors.
@@ -42,6 +41,9 @@ pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: La
     /// What [`LayeredObject::read_sizes`] gave when sizes were committed.
     sizes: Vec<(u32, Vec<u8>)>,
 }
+
+/// The layers of colour of an object, which have one format.
+pub type Colors<C, W> = ByFormat<Stack<C>, Stack<W>>;
 
 /// The stacks of an object of the kind `O`.
 pub type LayersOf<O> =
@@ -53,23 +55,43 @@ impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Layers<H, C
         Self {
             displacement: Stack::new((DISPLACEMENT, "displacement"), displacement, f16::ZERO),
             colors: None,
-            half_colors: None,
             fading: Fading::default(),
             others: [TRACES, VECTORS],
             sizes: Vec::new(),
         }
     }
 
-    /// Takes colours of 8 bits in place of those it may have.
-    pub(crate) fn set_paint(&mut self, paint: C) {
-        (self.colors, self.half_colors) = (Some(colors(paint)), None);
+    /// Takes colours in place of those it may have.
+    pub(crate) fn set_colors(&mut self, paint: ByFormat<C, W>) {
+        self.colors = Some(match paint {
+            ByFormat::Rgba8(paint) => ByFormat::Rgba8(colors(paint)),
+            ByFormat::Rgba16(paint) => ByFormat::Rgba16(colors(paint)),
+        });
         self.fading.forget_colors();
     }
 
-    /// Takes colours of half floats in place of those it may have.
-    pub(crate) fn set_half_paint(&mut self, paint: W) {
-        (self.colors, self.half_colors) = (None, Some(colors(paint)));
-        self.fading.forget_colors();
+    /// The colours of 8 bits and those of half floats, of which an object has one at most.
+    pub(crate) fn paints(&self) -> (Option<&C>, Option<&W>) {
+        match &self.colors {
+            None => (None, None),
+            Some(ByFormat::Rgba8(stack)) => (Some(stack.composite()), None),
+            Some(ByFormat::Rgba16(stack)) => (None, Some(stack.composite())),
+        }
+    }
+
+    /// As [`Self::paints`], for writing.
+    pub(crate) fn paints_mut(&mut self) -> (Option<&mut C>, Option<&mut W>) {
+        match &mut self.colors {
+            None => (None, None),
+            Some(ByFormat::Rgba8(stack)) => (Some(stack.composite_mut()), None),
+            Some(ByFormat::Rgba16(stack)) => (None, Some(stack.composite_mut())),
+        }
+    }
+
+    /// The colours at this moment.
+    pub(crate) fn color_fields(&self) -> Option<ByFormat<&C::Field, &W::Field>> {
+        let (bytes, halves) = self.paints();
+        bytes.map(|paint| ByFormat::Rgba8(paint.field())).or(halves.map(|paint| ByFormat::Rgba16(paint.field())))
     }
 }
 
@@ -100,8 +122,8 @@ pub struct LayerInfo {
 macro_rules! with_colors {
     ($layers:expr, $stack:ident => $done:expr, $none:expr) => {
         match $layers {
-            Layers { colors: Some($stack), .. } => $done,
-            Layers { half_colors: Some($stack), .. } => $done,
+            Layers { colors: Some(ByFormat::Rgba8($stack)), .. } => $done,
+            Layers { colors: Some(ByFormat::Rgba16($stack)), .. } => $done,
             _ => $none,
         }
     };
@@ -439,20 +461,15 @@ pub trait LayeredObject: Sized {
     /// # Errors
     /// Fails, and takes nothing, with `Invalid` if there are no colours, or the active layer is hidden or its opacity
     /// below 1/256.
-    fn take_paint(&mut self) -> Result<ByFormat<Stack<Self::Paint>, Stack<Self::HalfPaint>>> {
-        let layers = self.stacks_mut();
-        with_colors!(&*layers, stack => stack.check_editable()?, ());
-        let paint = layers.colors.take().map(ByFormat::Rgba8);
-        let paint = paint.or_else(|| layers.half_colors.take().map(ByFormat::Rgba16));
-        paint.ok_or_else(|| Error::invalid("the object has no colours to paint on").advise("give it some first"))
+    fn take_paint(&mut self) -> Result<Colors<Self::Paint, Self::HalfPaint>> {
+        with_colors!(self.stacks(), stack => stack.check_editable()?, ());
+        let colors = self.stacks_mut().colors.take();
+        colors.ok_or_else(|| Error::invalid("the object has no colours to paint on").advise("give it some first"))
     }
 
     /// Puts back what [`Self::take_paint`] took.
-    fn put_paint(&mut self, paint: ByFormat<Stack<Self::Paint>, Stack<Self::HalfPaint>>) {
-        match paint {
-            ByFormat::Rgba8(paint) => self.stacks_mut().colors = Some(paint),
-            ByFormat::Rgba16(paint) => self.stacks_mut().half_colors = Some(paint),
-        }
+    fn put_paint(&mut self, paint: Colors<Self::Paint, Self::HalfPaint>) {
+        self.stacks_mut().colors = Some(paint);
     }
 
     /// The layers of displacement and of colour as they are.
@@ -642,22 +659,18 @@ pub trait LayeredObject: Sized {
             self.set_channel(Stored::Displacement(first.clone()))?;
             self.heights_mut().take_up(context, heights)?;
         }
-        let layers = self.stacks();
-        let halves_behind = || layers.half_colors.as_ref().map(|stack| stack.background().color());
-        let behind = layers.colors.as_ref().map(|stack| stack.background().color()).or_else(halves_behind);
-        macro_rules! take_up {
-            ($paints:ident, $stored:ident, $texel:ty, $colors:ident) => {
-                if let Some((_, first)) = $paints.first() {
-                    self.set_channel(Stored::$stored(first.clone()))?;
-                    if let Some(stack) = &mut self.stacks_mut().$colors {
-                        behind.into_iter().for_each(|color| stack.set_background(<$texel>::of_color(color)));
-                        stack.take_up(context, $paints)?;
-                    }
-                }
-            };
+        let behind = with_colors!(self.stacks(), stack => Some(stack.background().color()), None);
+        if let Some((_, first)) = paints.first() {
+            self.set_channel(Stored::Paint(first.clone()))?;
         }
-        take_up!(paints, Paint, Rgba8, colors);
-        take_up!(halves, HalfPaint, Rgba16, half_colors);
+        if let Some((_, first)) = halves.first() {
+            self.set_channel(Stored::HalfPaint(first.clone()))?;
+        }
+        match &mut self.stacks_mut().colors {
+            Some(ByFormat::Rgba8(stack)) if !paints.is_empty() => take_up_colors(context, stack, behind, paints)?,
+            Some(ByFormat::Rgba16(stack)) if !halves.is_empty() => take_up_colors(context, stack, behind, halves)?,
+            _ => {}
+        }
         let layers = self.stacks_mut();
         layers.others = [others[0].unwrap_or(free), others[1].unwrap_or(free + 1)];
         if kept.0 {
@@ -710,6 +723,17 @@ impl<O: LayeredObject> Recorded for O {
         vectors.map_or(Ok(()), |vectors| put_whole(context, vectors, (ids[1], head(ids[1])), &blocks))?;
         put_stamps(self, context, heads, &blocks)
     }
+}
+
+/// Gives a stack of colours `layers` that were read, over the colour `behind` if there is one.
+fn take_up_colors<C: LayerChannel<Texel: ColorTexel>>(
+    context: &Context,
+    stack: &mut Stack<C>,
+    behind: Option<Vec4>,
+    layers: Vec<(&Head, C)>,
+) -> Result<()> {
+    behind.into_iter().for_each(|color| stack.set_background(C::Texel::of_color(color)));
+    stack.take_up(context, layers).map(drop)
 }
 
 /// Gives a stack the layers `heads`, unless they stay, and `blocks`.

@@ -17,7 +17,6 @@ use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, StoredTexel, Texel, Trace, Ve
 use super::device::TriangleDevice;
 use crate::channels::fading::FadingObject;
 use crate::channels::layered::{self, LayeredObject, Layers, LayersOf, Stored};
-use crate::channels::layers::Stack;
 use crate::geometry::hierarchy::{Bounds, Hierarchy, Region};
 use crate::geometry::obb::Obb;
 use crate::object::ranges::{Ranges, widest};
@@ -138,28 +137,27 @@ impl TriangleObject {
 
     /// The colours painted on it, of either format, if it can be painted.
     pub fn colors(&self) -> Option<ByFormat<&TriangleField<Rgba8>, &TriangleField<Rgba16>>> {
-        let half = self.half_paint().map(|paint| ByFormat::Rgba16(paint.field()));
-        self.paint().map(|paint| ByFormat::Rgba8(paint.field())).or(half)
+        self.layers.color_fields()
     }
 
     /// The colours painted on it, if it can be painted with those of 8 bits.
     pub fn paint(&self) -> Option<&TriangleChannel<Rgba8>> {
-        self.layers.colors.as_ref().map(Stack::composite)
+        self.layers.paints().0
     }
 
     /// The colours of 8 bits, to be written.
     pub fn paint_mut(&mut self) -> Option<&mut TriangleChannel<Rgba8>> {
-        self.layers.colors.as_mut().map(Stack::composite_mut)
+        self.layers.paints_mut().0
     }
 
     /// As [`Self::paint`], of half floats.
     pub fn half_paint(&self) -> Option<&TriangleChannel<Rgba16>> {
-        self.layers.half_colors.as_ref().map(Stack::composite)
+        self.layers.paints().1
     }
 
     /// As [`Self::paint_mut`], of half floats.
     pub fn half_paint_mut(&mut self) -> Option<&mut TriangleChannel<Rgba16>> {
-        self.layers.half_colors.as_mut().map(Stack::composite_mut)
+        self.layers.paints_mut().1
     }
 
     /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have.
@@ -172,7 +170,7 @@ impl TriangleObject {
     pub fn set_paint(&mut self, mut paint: TriangleChannel<Rgba8>) -> Result<()> {
         self.check_mesh(paint.field().topology(), "colours")?;
         self.page(&mut paint)?;
-        self.layers.set_paint(paint);
+        self.layers.set_colors(ByFormat::Rgba8(paint));
         self.fade_own()
     }
 
@@ -183,7 +181,7 @@ impl TriangleObject {
     pub fn set_half_paint(&mut self, mut paint: TriangleChannel<Rgba16>) -> Result<()> {
         self.check_mesh(paint.field().topology(), "colours")?;
         self.page(&mut paint)?;
-        self.layers.set_half_paint(paint);
+        self.layers.set_colors(ByFormat::Rgba16(paint));
         self.fade_own()
     }
 
