@@ -449,7 +449,7 @@ pub fn write(
     let mut refused = scratch.take_list();
     refused.extend_from_slice(&applied.refused);
     if let Some(traces) = &mut object.traces {
-        refused.extend(traces::record(context, displacement.field(), (dents, &order), traces, object.time)?);
+        refused.extend(traces::record(context, displacement.field(), (dents, &order), traces, object.layers.time)?);
     }
     let mut changes = displacement.edit(context, &tiles, |tile, texels| {
         let Ok(at) = tiles.binary_search(&tile) else { return };

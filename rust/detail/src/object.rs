@@ -33,7 +33,7 @@ use crate::geometry::obb::Obb;
 use crate::object::fit::Fit;
 use crate::object::ranges::Ranges;
 use crate::object::tile_bounds::{tile_bounds, tile_cone};
-use crate::object::transform::{check_time, check_transform};
+use crate::object::transform::check_transform;
 use crate::paint::ground::Ground;
 
 /// A displaced surface in the world.
@@ -48,7 +48,6 @@ pub struct DisplacedObject {
     pub(crate) layers: Layers,
     /// What tiles page to.
     pub(crate) pages: Option<Arc<dyn PageStore>>,
-    pub(crate) time: f64,
     pub(crate) transform: DAffine3,
     pub(crate) hierarchy: Hierarchy,
     /// Boxes that follow the displacement, once brushes need them.
@@ -100,7 +99,6 @@ impl DisplacedObject {
             traces: None,
             layers: Layers::new(displacement),
             pages: None,
-            time: 0.0,
             transform,
             hierarchy,
             fit: None,
@@ -289,12 +287,6 @@ impl DisplacedObject {
         self.traces.as_mut()
     }
 
-    /// Traces and vectors, to be written.
-    pub(crate) fn traces_and_vectors_mut(&mut self) -> (Option<&mut Traces>, Option<&mut VectorDisplacement>) {
-        self.bent();
-        (self.traces.as_mut(), self.vectors.as_mut())
-    }
-
     /// Makes imprints leave traces.
     ///
     /// # Errors
@@ -322,7 +314,7 @@ impl DisplacedObject {
 
     /// When edits are made now, in seconds.
     pub fn time(&self) -> f64 {
-        self.time
+        self.layers.time
     }
 
     /// When edits are made from now on, in seconds; 0 at first.
@@ -330,9 +322,7 @@ impl DisplacedObject {
     /// # Errors
     /// Fails with `Invalid` if the time is not finite or beyond [`f32::MAX`].
     pub fn set_time(&mut self, time: f64) -> Result<()> {
-        check_time(time)?;
-        self.time = time;
-        Ok(())
+        self.layers.set_time(time)
     }
 
     /// From object space to the world.

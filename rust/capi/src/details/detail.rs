@@ -508,7 +508,7 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, default) }?;
         let mut editor = object.edit()?;
-        if with_object!(&editor.object, object => object.fading().is_some()) {
+        if with_object!(&editor.object, object => object.is_fading()) {
             return Err(Error::invalid("its edits fade already").at("detail"));
         }
         let options = DecayOptions { delay: given.delay, duration: given.duration };
@@ -518,7 +518,7 @@ entry! {
     fn rlv_detail_advance(detail: RlvDetail, time: f64) {
         let object = registry::get(detail)?;
         let mut editor = object.edit()?;
-        let (before, is_fading) = with_object!(&editor.object, object => (object.time(), object.fading().is_some()));
+        let (before, is_fading) = with_object!(&editor.object, object => (object.time(), object.is_fading()));
         if is_fading && time < before {
             return Err(Error::invalid(format!("edits that fade are at {before} s, and {time} s is before that"))
                 .at("time")

@@ -606,7 +606,7 @@ impl View {
             transform: *object.transform(),
             pose,
             limits: [heights, colors, directions, contacts],
-            stamp_bytes: object.fading().map_or(0, |fading| fading.bytes()),
+            stamp_bytes: object.stamp_bytes(),
         };
         let Some(mut view) = spare else { return Arc::new(made) };
         match Arc::get_mut(&mut view) {
@@ -677,7 +677,7 @@ impl View {
                 limits(object.vectors()),
                 limits(object.traces()),
             ],
-            stamp_bytes: object.fading().map_or(0, |fading| fading.bytes()),
+            stamp_bytes: object.stamp_bytes(),
         }))
     }
 }

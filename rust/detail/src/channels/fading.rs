@@ -12,12 +12,12 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::head::STAMPS_OF;
 use relievo_document::{Document, Head, Kind, Stamps};
 use relievo_gpu::Device;
-use relievo_tiles::{Blocks, ByFormat, Channel, Decay, DecayOptions, Displacement, Field, Paint, Rgba16, StoredTexel};
+use relievo_tiles::{Blocks, Channel, Decay, DecayOptions, Field, StoredTexel, by_format};
 
 use crate::channels::history::{BlockState, LayerState};
-use crate::channels::layer_channel::{Absorb, LayerChannel};
-use crate::channels::layered::{LayeredObject, Layers};
-use crate::channels::layers::Stack;
+use crate::channels::layer_channel::{Absorb, BlockChannel, LayerChannel};
+use crate::channels::layered::{LayeredObject, Layers, each_stack};
+use crate::channels::layers::{Layer, Stack, no_layer};
 
 /// The stamps of a channel that layers are kept in.
 pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {
@@ -189,46 +189,43 @@ impl<T: Absorb> LayerDecay<Channel<T>> for Decay<T> {
     }
 }
 
-/// The stamps of an object.
+/// The decay of a layer.
 #[derive(Debug)]
-pub struct Fading<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: LayerChannel = Paint<Rgba16>> {
-    displacement: Vec<Faded<H>>,
-    paint: Vec<Faded<C>>,
-    half_paint: Vec<Faded<W>>,
-    /// How the object's own displacement and colours, the lowest layers, fade.
-    own: Option<(DecayOptions, u64)>,
-    lost: u64,
-    unstamped: u64,
-}
-
-/// The stamps of a layer.
-#[derive(Debug)]
-struct Faded<C: LayerChannel> {
-    /// The number of the layer, and that of its stamps as a layer of documents.
-    layer: u32,
+pub(crate) struct Faded<C: LayerChannel> {
+    /// The number of its stamps as a layer of documents.
     number: u32,
     decay: C::Decay,
     /// What has been stamped.
     stamped: C::Field,
 }
 
-/// A kind of layers, and the stamps of those that fade.
-struct Kept<'a, C: LayerChannel> {
-    faded: &'a mut Vec<Faded<C>>,
-    stack: &'a mut Stack<C>,
-}
+impl<C: LayerChannel> Stack<C> {
+    /// Whether it holds what `kind` does: displacement, or colours of any format.
+    fn is_like(&self, kind: Kind) -> bool {
+        C::Texel::KIND.is_color() == kind.is_color()
+    }
 
-impl<C: LayerChannel> Kept<'_, C> {
-    fn kind(&self) -> Kind {
-        C::Texel::KIND
+    /// The layers that fade in the order of their stamps in documents: their numbers, decays and texels.
+    fn fading(&self) -> Vec<(u32, &Faded<C>, &C)> {
+        let mut fading: Vec<_> = self.decays().filter_map(|(id, faded, channel)| Some((id, faded?, channel))).collect();
+        fading.sort_by_key(|(_, faded, _)| faded.number);
+        fading
+    }
+
+    /// As [`Self::fading`], for writing.
+    fn fading_mut(&mut self) -> Vec<(u32, &mut Faded<C>, &mut C)> {
+        let decays = self.decays_mut();
+        let mut fading: Vec<_> =
+            decays.filter_map(|(id, faded, channel)| Some((id, faded.as_mut()?, channel))).collect();
+        fading.sort_by_key(|(_, faded, _)| faded.number);
+        fading
     }
 
     /// Stamps what was edited since it was last done. Returns the tiles or faces that budgets refused, and the lost
     /// ones.
     fn stamp(&mut self, context: &Context, time: f64) -> Result<[Vec<u32>; 2]> {
         let (mut refused, mut lost) = (Vec::new(), Vec::new());
-        for faded in &mut *self.faded {
-            let Some(channel) = self.stack.channel_mut(faded.layer) else { continue };
+        for (_, faded, channel) in self.fading_mut() {
             let mut left = faded.decay.stamp(context, &faded.stamped, channel, time)?;
             if !left.is_empty() {
                 // Those that have no room take that of the oldest, unless these were edited now.
@@ -253,33 +250,27 @@ impl<C: LayerChannel> Kept<'_, C> {
     /// Says which tiles may be lost: of a layer that fades the tiles that hold nothing else, of the composite the tiles
     /// that only such layers have.
     fn name_expendable(&mut self) {
-        let ids: Vec<u32> = self.stack.layers().iter().map(|layer| layer.id()).collect();
         let mut ages: BTreeMap<u32, u64> = BTreeMap::new();
-        let mut named = Vec::with_capacity(ids.len());
-        for id in &ids {
-            let faded = self.faded.iter().find(|faded| faded.layer == *id);
-            let oldest = faded.map_or_else(Vec::new, |faded| faded.decay.oldest());
+        let mut named = Vec::with_capacity(self.layers().len());
+        for (_, faded, channel) in self.decays_mut() {
+            let oldest = faded.as_ref().map_or_else(Vec::new, |faded| faded.decay.oldest());
             for (age, tile) in &oldest {
                 let newest = ages.entry(*tile).or_insert(*age);
                 *newest = (*newest).max(*age);
             }
             let tiles: Vec<u32> = oldest.into_iter().map(|(_, tile)| tile).collect();
-            if let Some(channel) = self.stack.channel_mut(*id) {
-                channel.set_expendable(&tiles);
-            }
+            channel.set_expendable(&tiles);
             named.push(tiles.into_iter().collect::<BTreeSet<u32>>());
         }
-        if self.stack.is_plain() {
+        if self.is_plain() {
             return;
         }
-        for (id, named) in ids.iter().zip(&named) {
-            if let Some(channel) = self.stack.channel(*id) {
-                ages.retain(|tile, _| named.contains(tile) || !C::is_allocated(channel.field(), *tile));
-            }
+        for ((_, _, channel), named) in self.decays().zip(&named) {
+            ages.retain(|tile, _| named.contains(tile) || !C::is_allocated(channel.field(), *tile));
         }
         let mut tiles: Vec<(u64, u32)> = ages.into_iter().map(|(tile, age)| (age, tile)).collect();
         tiles.sort_unstable();
-        self.stack.composite_mut().set_expendable(&tiles.into_iter().map(|(_, tile)| tile).collect::<Vec<_>>());
+        self.composite_mut().set_expendable(&tiles.into_iter().map(|(_, tile)| tile).collect::<Vec<_>>());
     }
 
     /// Has `device` evaluate it, if there is one. Returns the tiles or faces that look different, and why the processor
@@ -287,11 +278,9 @@ impl<C: LayerChannel> Kept<'_, C> {
     #[inline(never)]
     fn fade(&mut self, context: &Context, time: f64, device: Option<&Device>) -> Result<(Vec<u32>, Option<Error>)> {
         let (mut shown, mut fault) = (Vec::new(), None);
-        for faded in &mut *self.faded {
+        for (_, faded, channel) in self.fading_mut() {
             faded.decay.use_device(device);
-            if let Some(channel) = self.stack.channel_mut(faded.layer) {
-                shown.extend(faded.decay.fade(context, channel, time)?);
-            }
+            shown.extend(faded.decay.fade(context, channel, time)?);
             fault = faded.decay.take_device_fault().or(fault);
         }
         Ok((shown, fault))
@@ -299,28 +288,23 @@ impl<C: LayerChannel> Kept<'_, C> {
 
     #[inline(never)]
     fn take_as_stamped(&mut self) {
-        for faded in &mut *self.faded {
-            if let Some(channel) = self.stack.channel_mut(faded.layer) {
-                faded.stamped = channel.field().clone();
-            }
+        for (_, faded, channel) in self.fading_mut() {
+            faded.stamped = channel.field().clone();
         }
         self.name_expendable();
     }
 
     /// Makes the edits of a layer fade from now on, or stay. Fails if the times are invalid or there is no such layer.
-    fn set(&mut self, layer: u32, number: u32, options: Option<(DecayOptions, u64)>) -> Result<()> {
-        let none = || Error::invalid(format!("there is no layer with the number {layer}"));
-        let channel = self.stack.channel_mut(layer).ok_or_else(none)?;
-        let there = self.faded.iter().position(|faded| faded.layer == layer);
-        match (options, there) {
-            (Some((options, _)), Some(at)) => self.faded[at].decay.set_options(options)?,
-            (Some((options, budget)), None) => {
-                let decay = C::Decay::new(channel.field(), options, budget)?;
-                let stamped = channel.field().clone();
-                self.faded.push(Faded { layer, number, decay, stamped });
+    fn set_decay(&mut self, layer: u32, number: u32, options: Option<(DecayOptions, u64)>) -> Result<()> {
+        let there = self.decays_mut().find(|(id, ..)| *id == layer);
+        let (_, faded, channel) = there.ok_or_else(|| no_layer(layer))?;
+        match (options, faded) {
+            (Some((options, _)), Some(faded)) => faded.decay.set_options(options)?,
+            (Some((options, budget)), none) => {
+                let (decay, stamped) = (C::Decay::new(channel.field(), options, budget)?, channel.field().clone());
+                *none = Some(Faded { number, decay, stamped });
             }
-            (None, Some(at)) => drop(self.faded.remove(at)),
-            (None, None) => {}
+            (None, faded) => *faded = None,
         }
         self.name_expendable();
         Ok(())
@@ -328,65 +312,93 @@ impl<C: LayerChannel> Kept<'_, C> {
 
     /// Puts back stamps, and brings their layers to `time`, whose blocks were put back.
     #[inline(never)]
-    fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: &[BlockState], time: f64) -> Result<()> {
+    fn restore_stamps(
+        &mut self,
+        context: &Context,
+        heads: Option<&[Head]>,
+        blocks: &[BlockState],
+        time: f64,
+    ) -> Result<()> {
         if let Some(heads) = heads {
-            let gone = |faded: &Faded<C>| !heads.iter().any(|head| head.id == faded.number);
-            let gone: Vec<u32> = self.faded.iter().filter(|faded| gone(faded)).map(|faded| faded.layer).collect();
-            self.faded.retain(|faded| !gone.contains(&faded.layer));
+            for (_, faded, _) in self.decays_mut() {
+                faded.take_if(|faded| !heads.iter().any(|head| head.id == faded.number));
+            }
             for head in heads {
                 let Some(stamps) = head.stamps.filter(|stamps| stamps.texel == C::Texel::KIND) else { continue };
                 let options = DecayOptions { delay: stamps.delay, duration: stamps.duration };
-                let budget = self.stack.composite().budget();
-                self.set(stamps.layer, head.id, Some((options, budget)))?;
+                let budget = self.composite().budget();
+                self.set_decay(stamps.layer, head.id, Some((options, budget)))?;
             }
         }
-        for faded in &mut *self.faded {
-            let Some(channel) = self.stack.channel_mut(faded.layer) else { continue };
+        for (id, faded, channel) in self.fading_mut() {
             for block in blocks.iter().filter(|block| block.layer == faded.number) {
                 faded.decay.restore(channel.field(), block.block, block.bytes.as_deref())?;
             }
-            let own = blocks.iter().filter(|block| block.layer == faded.layer);
-            let restored: Vec<u32> = own.map(|block| block.block).collect();
+            let restored: Vec<u32> = blocks.iter().filter(|block| block.layer == id).map(|block| block.block).collect();
             faded.decay.bring(context, channel, time, &restored)?;
         }
         Ok(())
     }
 
-    /// Keeps the stamps of layers that were there before, by their numbers then and now; they get numbers of their own.
-    fn follow(&mut self, moved: &[(u32, u32)], number: &mut u32) {
-        self.faded.retain_mut(|faded| match moved.iter().find(|(before, _)| *before == faded.layer) {
-            Some((_, now)) => {
-                (faded.layer, faded.number) = (*now, *number);
-                *number += 1;
-                true
-            }
-            None => false,
-        });
+    /// Gives the stamps of layers that stay other numbers, from `number` on; releases them if layers do not `stay`.
+    fn renumber_stamps(&mut self, stay: bool, number: &mut u32) {
+        if !stay {
+            self.decays_mut().for_each(|(_, faded, _)| *faded = None);
+        }
+        for (_, faded, _) in self.fading_mut() {
+            faded.number = *number;
+            *number += 1;
+        }
     }
 
     /// Takes over the stamps that `document` has of these layers. Returns the newest of them.
     #[inline(never)]
-    fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Option<f32>> {
+    fn take_up_stamps(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Option<f32>> {
         let mut newest: Option<f32> = None;
         for layer in document.layers() {
             let Some(Stamps { layer: of, texel, .. }) = layer.head().stamps else { continue };
-            let there = self.stack.channel_mut(of);
-            let Some(channel) = there.filter(|_| texel == C::Texel::KIND) else { continue };
+            let there = self.decays_mut().find(|(id, ..)| *id == of && texel == C::Texel::KIND);
+            let Some((_, faded, channel)) = there else { continue };
             let stamped = channel.field().clone();
             let decay = C::Decay::stored(context, document, layer.name(), &stamped, budget)?;
             newest = newest.into_iter().chain(decay.newest()).reduce(f32::max);
-            self.faded.retain(|faded| faded.layer != of);
-            self.faded.push(Faded { layer: of, number: layer.id(), decay, stamped });
+            *faded = Some(Faded { number: layer.id(), decay, stamped });
         }
         Ok(newest)
     }
 
-    /// Puts back what [`read`] gave of the same layers, after their own blocks.
-    fn write(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+    /// Brings all layers to what is left of them at `time`, after their stamps were taken over.
+    #[inline(never)]
+    fn bring(&mut self, context: &Context, time: f64) -> Result<()> {
+        let mut fading = self.fading_mut().into_iter();
+        fading.try_for_each(|(_, faded, channel)| faded.decay.bring(context, channel, time, &[]).map(drop))
+    }
+
+    /// The stamps of `tile`, for caches: of the only layer that fades, or of all one after the other, each behind its
+    /// length. `None` without stamps.
+    fn read_stamps(&self, tile: u32) -> Option<Vec<u8>> {
+        let fading = self.fading();
+        if let [(_, only, _)] = fading[..] {
+            return only.decay.read(tile);
+        }
+        let (mut all, mut any) = (Vec::new(), false);
+        for (_, faded, _) in fading {
+            let block = faded.decay.read(tile);
+            any |= block.is_some();
+            let block = block.unwrap_or_default();
+            all.extend((block.len() as u32).to_le_bytes());
+            all.extend(block);
+        }
+        any.then_some(all)
+    }
+
+    /// Puts back what [`Self::read_stamps`] gave of the same layers, after their own blocks.
+    fn write_stamps(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         let misfit = || Error::invalid("stamps do not fit the layers").at(format!("tile {tile}"));
         let mut rest = bytes;
-        let single = self.faded.len() == 1;
-        for faded in &mut *self.faded {
+        let fading = self.fading_mut();
+        let (single, none) = (fading.len() == 1, fading.is_empty());
+        for (_, faded, channel) in fading {
             let mut block = rest;
             if let (Some(bytes), false) = (rest, single) {
                 let (length, after) = bytes.split_first_chunk().ok_or_else(misfit)?;
@@ -394,50 +406,12 @@ impl<C: LayerChannel> Kept<'_, C> {
                 block = (!own.is_empty()).then_some(own);
                 rest = Some(after);
             }
-            let channel = self.stack.channel_mut(faded.layer).ok_or_else(misfit)?;
             faded.decay.write(channel.field(), tile, block)?;
         }
-        if self.faded.is_empty() && bytes.is_some() || !single && rest.is_some_and(|rest| !rest.is_empty()) {
+        if none && bytes.is_some() || !single && rest.is_some_and(|rest| !rest.is_empty()) {
             return Err(misfit());
         }
         Ok(())
-    }
-
-    fn take_changed(&mut self) -> Vec<u32> {
-        sorted(self.faded.iter_mut().flat_map(|faded| faded.decay.take_changed()).collect())
-    }
-}
-
-/// The stamps of `tile`, for caches: of the only layer that fades, or of all one after the other, each behind its
-/// length. `None` without stamps.
-fn read<C: LayerChannel>(list: &[Faded<C>], tile: u32) -> Option<Vec<u8>> {
-    if let [only] = list {
-        return only.decay.read(tile);
-    }
-    let (mut all, mut any) = (Vec::new(), false);
-    for faded in list {
-        let block = faded.decay.read(tile);
-        any |= block.is_some();
-        let block = block.unwrap_or_default();
-        all.extend((block.len() as u32).to_le_bytes());
-        all.extend(block);
-    }
-    any.then_some(all)
-}
-
-fn stamped<C: LayerChannel>(list: &[Faded<C>]) -> Vec<u32> {
-    sorted(list.iter().flat_map(|faded| faded.decay.stamped()).collect())
-}
-
-/// The layers of stamps as documents have them; those of `states` that they belong to are marked.
-fn add_states<C: LayerChannel>(list: &[Faded<C>], stack: &Stack<C>, states: &mut Vec<LayerState>) {
-    for faded in list {
-        let Some(channel) = stack.channel(faded.layer) else { continue };
-        states.iter_mut().filter(|state| state.id == faded.layer).for_each(|state| state.fades = true);
-        let blocks = faded.decay.blocks(channel.field());
-        let name = format!("{STAMPS_OF}{}", faded.layer);
-        let stamps = Some(faded.decay.head(faded.layer));
-        states.push(LayerState { stamps, fades: true, ..LayerState::new(faded.number, &name, blocks) });
     }
 }
 
@@ -446,76 +420,6 @@ fn sorted(mut tiles: Vec<u32>) -> Vec<u32> {
     tiles.dedup();
     tiles
 }
-
-/// Does the same for displacement and colours, of which an object has those of one format.
-macro_rules! each_kind {
-    ($object:expr, $kept:ident => $work:expr) => {{
-        let Layers { displacement: stack, colors, fading, .. } = $object.stacks_mut();
-        #[allow(unused_mut)]
-        let mut $kept = Kept { faded: &mut fading.displacement, stack };
-        $work;
-        if let Some(ByFormat::Rgba8(stack)) = colors {
-            #[allow(unused_mut)]
-            let mut $kept = Kept { faded: &mut fading.paint, stack };
-            $work;
-        }
-        if let Some(ByFormat::Rgba16(stack)) = colors {
-            #[allow(unused_mut)]
-            let mut $kept = Kept { faded: &mut fading.half_paint, stack };
-            $work;
-        }
-    }};
-}
-
-impl<H: LayerChannel, C: LayerChannel, W: LayerChannel> Default for Fading<H, C, W> {
-    fn default() -> Self {
-        let (displacement, paint, half_paint) = (Vec::new(), Vec::new(), Vec::new());
-        Self { displacement, paint, half_paint, own: None, lost: 0, unstamped: 0 }
-    }
-}
-
-impl<H: LayerChannel, C: LayerChannel, W: LayerChannel> Fading<H, C, W> {
-    /// Bytes of all stamps and the texels they belong to.
-    pub fn bytes(&self) -> u64 {
-        let displacement: u64 = self.displacement.iter().map(|faded| faded.decay.bytes()).sum();
-        let paint: u64 = self.paint.iter().map(|faded| faded.decay.bytes()).sum();
-        displacement + paint + self.half_paint.iter().map(|faded| faded.decay.bytes()).sum::<u64>()
-    }
-
-    /// When edits of the layer `id` fade; `None` if they stay.
-    pub fn options(&self, id: u32) -> Option<DecayOptions> {
-        let displacement = self.displacement.iter().find(|faded| faded.layer == id).map(|faded| faded.decay.options());
-        let paint = || self.paint.iter().find(|faded| faded.layer == id).map(|faded| faded.decay.options());
-        let half = || self.half_paint.iter().find(|faded| faded.layer == id).map(|faded| faded.decay.options());
-        displacement.or_else(paint).or_else(half)
-    }
-
-    /// Counts tiles that got no stamps.
-    pub(crate) fn refuse(&mut self, tiles: usize) {
-        self.unstamped += tiles as u64;
-    }
-
-    /// Releases the stamps of colours, which are others now.
-    pub(crate) fn forget_colors(&mut self) {
-        self.paint.clear();
-        self.half_paint.clear();
-    }
-
-    /// The numbers that stamps have as layers of documents.
-    pub(crate) fn numbers(&self) -> Vec<u32> {
-        let paint = self.paint.iter().map(|faded| faded.number);
-        let half = self.half_paint.iter().map(|faded| faded.number);
-        self.displacement.iter().map(|faded| faded.number).chain(paint).chain(half).collect()
-    }
-
-    fn is_empty(&self) -> bool {
-        self.displacement.is_empty() && self.paint.is_empty() && self.half_paint.is_empty()
-    }
-}
-
-/// The stamps of an object of the kind `O`.
-pub type FadingOf<O> =
-    Fading<<O as LayeredObject>::Displacement, <O as LayeredObject>::Paint, <O as LayeredObject>::HalfPaint>;
 
 /// An object whose edits may fade: every one that has layers.
 pub trait FadingObject: LayeredObject {
@@ -528,7 +432,7 @@ pub trait FadingObject: LayeredObject {
     #[inline(never)]
     fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {
         options.check()?;
-        self.stacks_mut().fading.own = Some((options, budget));
+        self.stacks_mut().decay = Some((options, budget));
         self.fade_own()
     }
 
@@ -538,11 +442,11 @@ pub trait FadingObject: LayeredObject {
     /// Fails with `Memory` if the budget of the decay does not hold what every channel needs.
     #[inline(never)]
     fn fade_own(&mut self) -> Result<()> {
-        let Some(own) = self.stacks().fading.own else { return Ok(()) };
+        let Some(own) = self.stacks().decay else { return Ok(()) };
         let first = self.free_number();
-        each_kind!(self, kept => {
-            if let Some(lowest) = kept.stack.layers().first().map(|layer| layer.id()) {
-                kept.set(lowest, first + u32::from(kept.kind().is_color()), Some(own))?;
+        each_stack!(self.stacks_mut(), stack => {
+            if let Some(lowest) = stack.layers().first().map(Layer::id) {
+                stack.set_decay(lowest, first + u32::from(stack.is_like(Kind::Rgba8)), Some(own))?;
             }
         });
         Ok(())
@@ -568,19 +472,39 @@ pub trait FadingObject: LayeredObject {
         self.settle(context)?;
         self.stamp(context)?;
         let number = self.free_number();
-        let mut done = Err(Error::invalid(format!("there is no layer with the number {id}")));
-        each_kind!(self, kept => {
-            if kept.stack.layers().iter().any(|layer| layer.id() == id) {
-                done = kept.set(id, number, options.map(|options| (options, budget)));
+        let mut done = Err(no_layer(id));
+        each_stack!(self.stacks_mut(), stack => {
+            if stack.channel(id).is_some() {
+                done = stack.set_decay(id, number, options.map(|options| (options, budget)));
             }
         });
         done
     }
 
-    /// The stamps, if edits of any layer fade.
-    fn fading(&self) -> Option<&FadingOf<Self>> {
-        let fading = &self.stacks().fading;
-        (!fading.is_empty()).then_some(fading)
+    /// Whether edits of any layer fade.
+    fn is_fading(&self) -> bool {
+        let mut any = false;
+        each_stack!(self.stacks(), stack => any |= !stack.fading().is_empty());
+        any
+    }
+
+    /// When edits of the layer `id` fade; `None` if they stay.
+    fn decay(&self, id: u32) -> Option<DecayOptions> {
+        let mut options = None;
+        each_stack!(self.stacks(), stack => {
+            let faded = stack.decays().find(|(layer, ..)| *layer == id).and_then(|(_, faded, _)| faded);
+            options = options.or(faded.map(|faded| faded.decay.options()));
+        });
+        options
+    }
+
+    /// Bytes of all stamps and the texels they belong to.
+    fn stamp_bytes(&self) -> u64 {
+        let mut bytes = 0;
+        each_stack!(self.stacks(), stack => {
+            bytes += stack.fading().iter().map(|(_, faded, _)| faded.decay.bytes()).sum::<u64>();
+        });
+        bytes
     }
 
     /// Stamps what was edited since it was last done with the object's time; [`LayeredObject::settle`] is to be done
@@ -590,20 +514,19 @@ pub trait FadingObject: LayeredObject {
     /// Fails as [`LayerDecay::stamp`] does.
     #[inline(never)]
     fn stamp(&mut self, context: &Context) -> Result<Vec<u32>> {
-        if self.stacks().fading.is_empty() {
+        if !self.is_fading() {
             return Ok(Vec::new());
         }
-        let (time, mut refused, mut lost, mut gone) = (self.edit_time(), Vec::new(), 0, Vec::new());
-        each_kind!(self, kept => {
-            let is_color = kept.kind().is_color();
-            let [left, over] = kept.stamp(context, time)?;
+        let (time, mut refused, mut lost, mut gone) = (self.stacks().time, Vec::new(), 0, Vec::new());
+        each_stack!(self.stacks_mut(), stack => {
+            let [left, over] = stack.stamp(context, time)?;
             refused.extend(left);
             lost += over.len() as u64;
-            if !is_color {
+            if stack.is_like(Kind::Scalar) {
                 gone = over;
             }
         });
-        self.stacks_mut().fading.lost += lost;
+        self.stacks_mut().lost += lost;
         self.note_shown(&gone);
         Ok(sorted(refused))
     }
@@ -611,13 +534,13 @@ pub trait FadingObject: LayeredObject {
     /// How many tiles or faces of layers that fade were lost since this was called last, because a budget had no room
     /// for others.
     fn take_lost(&mut self) -> u64 {
-        std::mem::take(&mut self.stacks_mut().fading.lost)
+        std::mem::take(&mut self.stacks_mut().lost)
     }
 
     /// How many tiles or faces got no stamps since this was called last, because their budget refused them:
     /// [`Self::stamp`] says so itself, histories and documents do it unasked.
     fn take_unstamped(&mut self) -> u64 {
-        std::mem::take(&mut self.stacks_mut().fading.unstamped)
+        std::mem::take(&mut self.stacks_mut().unstamped)
     }
 
     /// Comes to `time` in seconds: what was edited fades as it should, and edits are made then from now on. The time
@@ -628,20 +551,19 @@ pub trait FadingObject: LayeredObject {
     /// [`Self::stamp`] and [`LayerDecay::fade`]. Where a device fails the processor takes over.
     #[inline(never)]
     fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
-        if self.stacks().fading.is_empty() {
-            return self.set_edit_time(time);
+        if !self.is_fading() {
+            return self.stacks_mut().set_time(time);
         }
         let _stage = context.stats().begin("decay");
         self.settle(context)?;
         self.stamp(context)?;
-        self.set_edit_time(time)?;
+        self.stacks_mut().set_time(time)?;
         let device = self.device_in_use().cloned();
         let (mut shown, mut fault) = (Vec::new(), None);
-        each_kind!(self, kept => {
-            let is_color = kept.kind().is_color();
-            let (faded, failed) = kept.fade(context, time, device.as_ref())?;
+        each_stack!(self.stacks_mut(), stack => {
+            let (faded, failed) = stack.fade(context, time, device.as_ref())?;
             fault = failed.or(fault);
-            if !is_color {
+            if stack.is_like(Kind::Scalar) {
                 shown = faded;
             }
         });
@@ -656,17 +578,18 @@ pub trait FadingObject: LayeredObject {
 
     /// Notes that nothing of what there is now waits for a stamp, as after channels and stamps were put back.
     fn take_as_stamped(&mut self) {
-        each_kind!(self, kept => kept.take_as_stamped());
+        each_stack!(self.stacks_mut(), stack => stack.take_as_stamped());
     }
 
     /// The stamps of `block` of all layers of a kind, as caches keep them; `None` without stamps.
     fn read_stamps(&self, kind: Kind, block: u32) -> Option<Vec<u8>> {
-        let own = self.stacks();
-        match kind.is_color() {
-            true if matches!(own.colors, Some(ByFormat::Rgba16(_))) => read(&own.fading.half_paint, block),
-            true => read(&own.fading.paint, block),
-            false => read(&own.fading.displacement, block),
-        }
+        let mut stamps = None;
+        each_stack!(self.stacks(), stack => {
+            if stack.is_like(kind) {
+                stamps = stack.read_stamps(block);
+            }
+        });
+        stamps
     }
 
     /// Puts back what [`Self::read_stamps`] gave of the same layers, after their blocks; [`Self::take_as_stamped`] is
@@ -676,9 +599,9 @@ pub trait FadingObject: LayeredObject {
     /// Fails with `Invalid` if the bytes are not the stamps of these layers or a number is not finite, and with
     /// `Memory` if a budget does not allow it; layers before the one that fails have their stamps.
     fn write_stamps(&mut self, kind: Kind, block: u32, bytes: Option<&[u8]>) -> Result<()> {
-        each_kind!(self, kept => {
-            if kept.kind().is_color() == kind.is_color() {
-                kept.write(block, bytes)?;
+        each_stack!(self.stacks_mut(), stack => {
+            if stack.is_like(kind) {
+                stack.write_stamps(block, bytes)?;
             }
         });
         Ok(())
@@ -686,23 +609,24 @@ pub trait FadingObject: LayeredObject {
 
     /// The blocks with stamps of a kind of layers, ascending.
     fn stamped_blocks(&self, kind: Kind) -> Vec<u32> {
-        let own = self.stacks();
-        match kind.is_color() {
-            true if matches!(own.colors, Some(ByFormat::Rgba16(_))) => stamped(&own.fading.half_paint),
-            true => stamped(&own.fading.paint),
-            false => stamped(&own.fading.displacement),
-        }
+        let mut blocks = Vec::new();
+        each_stack!(self.stacks(), stack => {
+            if stack.is_like(kind) {
+                blocks.extend(stack.fading().iter().flat_map(|(_, faded, _)| faded.decay.stamped()));
+            }
+        });
+        sorted(blocks)
     }
 
     /// The blocks of a kind of layers whose stamps changed since this was called last, ascending.
     fn commit_stamps(&mut self, kind: Kind) -> Vec<u32> {
         let mut blocks = Vec::new();
-        each_kind!(self, kept => {
-            if kept.kind().is_color() == kind.is_color() {
-                blocks = kept.take_changed();
+        each_stack!(self.stacks_mut(), stack => {
+            if stack.is_like(kind) {
+                blocks.extend(stack.fading_mut().iter_mut().flat_map(|(_, faded, _)| faded.decay.take_changed()));
             }
         });
-        blocks
+        sorted(blocks)
     }
 }
 
@@ -710,21 +634,27 @@ impl<O: LayeredObject> FadingObject for O {}
 
 /// Adds the layers of stamps to `states`, and says of the others which fade.
 pub(crate) fn add_stamp_states(object: &impl LayeredObject, states: &mut Vec<LayerState>) {
-    let Layers { displacement, colors, fading, .. } = object.stacks();
-    add_states(&fading.displacement, displacement, states);
-    match colors {
-        Some(ByFormat::Rgba8(stack)) => add_states(&fading.paint, stack, states),
-        Some(ByFormat::Rgba16(stack)) => add_states(&fading.half_paint, stack, states),
-        None => {}
-    }
+    each_stack!(object.stacks(), stack => {
+        for (id, faded, channel) in stack.fading() {
+            states.iter_mut().filter(|state| state.id == id).for_each(|state| state.fades = true);
+            let blocks = faded.decay.blocks(channel.field());
+            let name = format!("{STAMPS_OF}{id}");
+            let stamps = Some(faded.decay.head(id));
+            states.push(LayerState { stamps, fades: true, ..LayerState::new(faded.number, &name, blocks) });
+        }
+    });
 }
 
-/// Makes edits of `layers` stay, because they have become others.
-pub(crate) fn stop_fading(object: &mut impl LayeredObject, layers: &[u32]) {
-    each_kind!(object, kept => {
-        kept.faded.retain(|faded| !layers.contains(&faded.layer));
-        kept.name_expendable();
-    });
+/// The numbers that stamps have as layers of documents.
+pub(crate) fn stamp_numbers(object: &impl LayeredObject) -> Vec<u32> {
+    let mut numbers = Vec::new();
+    each_stack!(object.stacks(), stack => numbers.extend(stack.fading().iter().map(|(_, faded, _)| faded.number)));
+    numbers
+}
+
+/// Names what may be lost for want of room, after layers were removed or put together.
+pub(crate) fn name_expendable(object: &mut impl LayeredObject) {
+    each_stack!(object.stacks_mut(), stack => stack.name_expendable());
 }
 
 /// Puts back stamps of a history, whose layers were put back, and brings these to the object's time.
@@ -736,53 +666,41 @@ pub(crate) fn put_stamps(
     blocks: &[BlockState],
 ) -> Result<()> {
     let knows = heads.is_some_and(|heads| heads.iter().any(|head| head.stamps.is_some()));
-    if object.stacks().fading.is_empty() && !knows {
+    if !object.is_fading() && !knows {
         return Ok(());
     }
-    let time = object.edit_time();
-    each_kind!(object, kept => kept.restore(context, heads, blocks, time)?);
+    let time = object.stacks().time;
+    each_stack!(object.stacks_mut(), stack => stack.restore_stamps(context, heads, blocks, time)?);
     object.settle(context)?;
     object.take_as_stamped();
     Ok(())
 }
 
-/// Takes over the stamps of `document`, whose layers were taken over, and its time, if it has any. Layers that were
-/// there before have the numbers that `moved` says now.
+/// Takes over the stamps of `document`, whose layers were taken over, and its time, if it has any; `stay` says whether
+/// displacement and colours are those that were there before.
 #[inline(never)]
 pub(crate) fn find_stamps(
     object: &mut impl LayeredObject,
     context: &Context,
     document: &Document,
     budget: u64,
-    moved: &[(u32, u32)],
+    stay: [bool; 2],
 ) -> Result<()> {
     let mut newest: Option<f32> = None;
     let mut number = object.free_number().max(document.free_id());
-    each_kind!(object, kept => {
-        kept.follow(moved, &mut number);
-        let found = kept.take_up(context, document, budget)?;
+    each_stack!(object.stacks_mut(), stack => {
+        stack.renumber_stamps(stay[usize::from(stack.is_like(Kind::Rgba8))], &mut number);
+        let found = stack.take_up_stamps(context, document, budget)?;
         newest = newest.into_iter().chain(found).reduce(f32::max);
     });
     object.fade_own()?;
     if document.layers().iter().any(|layer| layer.kind() == Kind::Stamps) {
         // Edits of the journal may be later than what the document says.
         let time = newest.map_or(document.time, |newest| document.time.max(f64::from(newest)));
-        object.set_edit_time(time)?;
-        each_kind!(object, kept => kept.bring(context, time)?);
+        object.stacks_mut().set_time(time)?;
+        each_stack!(object.stacks_mut(), stack => stack.bring(context, time)?);
         object.settle(context)?;
     }
     object.take_as_stamped();
     Ok(())
-}
-
-impl<C: LayerChannel> Kept<'_, C> {
-    #[inline(never)]
-    fn bring(&mut self, context: &Context, time: f64) -> Result<()> {
-        for faded in &mut *self.faded {
-            if let Some(channel) = self.stack.channel_mut(faded.layer) {
-                faded.decay.bring(context, channel, time, &[])?;
-            }
-        }
-        Ok(())
-    }
 }

@@ -9,15 +9,19 @@ use relievo_document::head::STAMPS_OF;
 use relievo_document::{self as document, Document, Head, Kind, MAX_LAYERS, PageStore, Settings};
 use relievo_gpu::Device;
 use relievo_tiles::{
-    Blocks, ByFormat, Channel, ColorTexel, Displacement, Paint, Rgba8, Rgba16, Traces, VectorDisplacement,
+    Blocks, ByFormat, Channel, ColorTexel, DecayOptions, Displacement, Paint, Rgba8, Rgba16, StoredTexel, Traces,
+    VectorDisplacement, by_format,
 };
 
-use crate::channels::fading::{Fading, FadingObject, add_stamp_states, find_stamps, put_stamps, stop_fading};
+use crate::channels::fading::{
+    FadingObject, add_stamp_states, find_stamps, name_expendable, put_stamps, stamp_numbers,
+};
 use crate::channels::history::{BlockState, LayerState, LayerStates, Recorded};
 use crate::channels::layer_channel::{BlockChannel, LayerChannel};
-use crate::channels::layers::Stack;
+use crate::channels::layers::{Stack, no_layer};
 use crate::device::DeviceObject;
 use crate::object::DisplacedObject;
+use crate::object::transform::check_time;
 
 /// The numbers of the layers that every object may have.
 const DISPLACEMENT: u32 = 0;
@@ -34,8 +38,13 @@ pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: La
     pub(crate) displacement: Stack<H>,
     /// Those of colour, of 8 bits or of half floats, if it has colours.
     pub(crate) colors: Option<Colors<C, W>>,
-    /// The stamps of layers that fade.
-    pub(crate) fading: Fading<H, C, W>,
+    /// How the object's own displacement and colours, the lowest layers, fade, and the bytes that stamps may occupy.
+    pub(crate) decay: Option<(DecayOptions, u64)>,
+    /// Tiles or faces that were lost, and ones that got no stamps, since [`FadingObject`] was asked last.
+    pub(crate) lost: u64,
+    pub(crate) unstamped: u64,
+    /// When edits are made now, in seconds.
+    pub(crate) time: f64,
     /// The numbers of its traces and of its vectors.
     others: [u32; 2],
     /// What [`LayeredObject::read_sizes`] gave when sizes were committed.
@@ -55,10 +64,20 @@ impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Layers<H, C
         Self {
             displacement: Stack::new((DISPLACEMENT, "displacement"), displacement, f16::ZERO),
             colors: None,
-            fading: Fading::default(),
+            decay: None,
+            lost: 0,
+            unstamped: 0,
+            time: 0.0,
             others: [TRACES, VECTORS],
             sizes: Vec::new(),
         }
+    }
+
+    /// Changes when edits are made from now on. Fails if the time is not finite or beyond [`f32::MAX`].
+    pub(crate) fn set_time(&mut self, time: f64) -> Result<()> {
+        check_time(time)?;
+        self.time = time;
+        Ok(())
     }
 
     /// Takes colours in place of those it may have.
@@ -67,7 +86,6 @@ impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Layers<H, C
             ByFormat::Rgba8(paint) => ByFormat::Rgba8(colors(paint)),
             ByFormat::Rgba16(paint) => ByFormat::Rgba16(colors(paint)),
         });
-        self.fading.forget_colors();
     }
 
     /// The colours of 8 bits and those of half floats, of which an object has one at most.
@@ -117,6 +135,18 @@ pub struct LayerInfo {
     /// Its tiles.
     pub tiles: usize,
 }
+
+/// Does the same with the stacks of `Layers`, that of displacement first.
+macro_rules! each_stack {
+    ($layers:expr, $stack:ident => $work:expr) => {{
+        let Layers { displacement: $stack, colors, .. } = $layers;
+        $work;
+        if let Some(colors) = colors {
+            by_format!(colors, $stack => $work);
+        }
+    }};
+}
+pub(crate) use each_stack;
 
 /// Does something with the stack of colours of `Layers`, whichever format they have, or something else without colours.
 macro_rules! with_colors {
@@ -173,17 +203,10 @@ pub trait LayeredObject: Sized {
     /// What vectors are kept in.
     type Vectors: BlockChannel;
 
-    /// Faces of the surface.
-    fn face_count(&self) -> usize;
-
     /// When edits are made now, in seconds.
-    fn edit_time(&self) -> f64;
-
-    /// When edits are made from now on, in seconds.
-    ///
-    /// # Errors
-    /// Fails with `Invalid` if the time is not finite or beyond the range of `f32`.
-    fn set_edit_time(&mut self, time: f64) -> Result<()>;
+    fn edit_time(&self) -> f64 {
+        self.stacks().time
+    }
 
     /// The graphics device that edits are made on, if there is one.
     fn device_in_use(&self) -> Option<&Device>;
@@ -200,14 +223,8 @@ pub trait LayeredObject: Sized {
     /// The stacks of layers, for writing. Displacement is written through [`Self::heights_mut`].
     fn stacks_mut(&mut self) -> &mut LayersOf<Self>;
 
-    /// Notes that displacement may be written, so that whatever was measured of it is measured anew.
-    fn forget_measures(&mut self);
-
-    /// The layers of displacement, for writing.
-    fn heights_mut(&mut self) -> &mut Stack<Self::Displacement> {
-        self.forget_measures();
-        &mut self.stacks_mut().displacement
-    }
+    /// The layers of displacement, for writing: whatever was measured of it is measured anew.
+    fn heights_mut(&mut self) -> &mut Stack<Self::Displacement>;
 
     /// Traces and vectors, if it has them.
     fn others(&self) -> (Option<&Self::Traces>, Option<&Self::Vectors>);
@@ -248,14 +265,11 @@ pub trait LayeredObject: Sized {
             active: state.id == active,
             tiles: state.blocks.numbers().len(),
         };
-        let stack = &self.stacks().displacement;
-        let heights = stack.states().into_iter().map(|state| info(state, stack.active()));
-        let colors = with_colors!(
-            self.stacks(),
-            stack => stack.states().into_iter().map(|state| info(state, stack.active())).collect(),
-            Vec::new()
-        );
-        heights.chain(colors).collect()
+        let mut layers = Vec::new();
+        each_stack!(self.stacks(), stack => {
+            layers.extend(stack.states().into_iter().map(|state| info(state, stack.active())));
+        });
+        layers
     }
 
     /// The number of the layer called `name`.
@@ -285,7 +299,8 @@ pub trait LayeredObject: Sized {
         if self.layers().len() >= MAX_LAYERS {
             return Err(Error::invalid(format!("an object has at most {MAX_LAYERS} layers")));
         }
-        let (id, faces) = (self.free_number(), vec![size; self.face_count()]);
+        let faces = self.stacks().displacement.composite().field().face_sizes().len();
+        let (id, faces) = (self.free_number(), vec![size; faces]);
         let head = (id, name, settings);
         let refused = match kind {
             Kind::Scalar => self.heights_mut().add(context, head, &faces),
@@ -301,7 +316,7 @@ pub trait LayeredObject: Sized {
     /// A number that no layer has.
     fn free_number(&self) -> u32 {
         let numbers = self.layers().into_iter().map(|layer| layer.id).chain(self.stacks().others);
-        numbers.chain(self.stacks().fading.numbers()).map(|id| id + 1).max().unwrap_or(0).max(ADDED)
+        numbers.chain(stamp_numbers(self)).map(|id| id + 1).max().unwrap_or(0).max(ADDED)
     }
 
     /// Checks that a layer can be called `name`.
@@ -341,12 +356,10 @@ pub trait LayeredObject: Sized {
     /// Fails with `Invalid` if there is no such layer, and as [`Self::check_name`] if the name is a new one.
     fn rename_layer(&mut self, id: u32, name: &str) -> Result<()> {
         let there = self.layers().into_iter().find(|layer| layer.id == id);
-        let there = there.ok_or_else(|| Error::invalid(format!("there is no layer with the number {id}")))?;
+        let there = there.ok_or_else(|| no_layer(id))?;
         if there.name != name {
             self.check_name(name)?;
-            let layers = self.stacks_mut();
-            layers.displacement.rename(id, name);
-            with_colors!(layers, stack => stack.rename(id, name), ());
+            each_stack!(self.stacks_mut(), stack => stack.rename(id, name));
         }
         Ok(())
     }
@@ -383,7 +396,7 @@ pub trait LayeredObject: Sized {
     fn remove_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         self.settle(context)?;
         let done = with_stack_of!(self, id, stack => stack.remove(context, id))?;
-        stop_fading(self, &[id]);
+        name_expendable(self);
         Ok(done)
     }
 
@@ -396,12 +409,9 @@ pub trait LayeredObject: Sized {
     /// be read or written.
     #[inline(never)]
     fn merge_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
-        let before = self.layers();
-        let below = before.iter().zip(before.iter().skip(1)).find(|(_, upper)| upper.id == id);
-        let ids = [id, below.map_or(id, |(lower, _)| lower.id)];
         self.settle(context)?;
         let done = with_stack_of!(self, id, stack => stack.merge_down(context, id))?;
-        stop_fading(self, &ids);
+        name_expendable(self);
         Ok(done)
     }
 
@@ -413,16 +423,14 @@ pub trait LayeredObject: Sized {
     #[inline(never)]
     fn flatten_layers(&mut self, context: &Context) -> Result<Vec<u32>> {
         let refused = self.settle(context)?;
-        for is_color in [false, true] {
-            let layers = self.layers().into_iter().filter(|layer| layer.kind.is_color() == is_color);
-            let ids: Vec<u32> = layers.map(|layer| layer.id).collect();
-            if ids.len() > 1 {
-                stop_fading(self, &ids);
-            }
+        let mut several = false;
+        each_stack!(self.stacks_mut(), stack => {
+            several |= stack.layers().len() > 1;
+            stack.flatten();
+        });
+        if several {
+            name_expendable(self);
         }
-        let layers = self.stacks_mut();
-        layers.displacement.flatten();
-        with_colors!(layers, stack => stack.flatten(), ());
         Ok(refused)
     }
 
@@ -474,8 +482,8 @@ pub trait LayeredObject: Sized {
 
     /// The layers of displacement and of colour as they are.
     fn stack_states(&self) -> LayerStates {
-        let mut states = self.stacks().displacement.states();
-        states.extend(with_colors!(self.stacks(), stack => stack.states(), Vec::new()));
+        let mut states = Vec::new();
+        each_stack!(self.stacks(), stack => states.extend(stack.states()));
         states
     }
 
@@ -503,7 +511,7 @@ pub trait LayeredObject: Sized {
     /// be read. Layers before the one that fails are added.
     #[inline(never)]
     fn store(&self, context: &Context, document: &mut Document) -> Result<()> {
-        document.time = self.edit_time();
+        document.time = self.stacks().time;
         for state in self.layer_states() {
             let tiles = state.blocks.numbers();
             let read = |tile| Ok(state.blocks.try_bytes(tile)?.unwrap_or_default().into_owned());
@@ -591,8 +599,7 @@ pub trait LayeredObject: Sized {
         {
             return reshape(vectors, sizes);
         }
-        let none = || Error::invalid(format!("there is no layer with the number {id}"));
-        with_stack_of!(self, id, stack => reshape(stack.channel_mut(id).ok_or_else(none)?, sizes))
+        with_stack_of!(self, id, stack => reshape(stack.channel_mut(id).ok_or_else(|| no_layer(id))?, sizes))
     }
 
     /// The layers for which [`Self::read_sizes`] gives some, that of vectors too.
@@ -629,9 +636,6 @@ pub trait LayeredObject: Sized {
     fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Vec<String>> {
         let (mut heights, mut paints, mut halves, mut unknown) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut others = [None; 2];
-        let layers = self.layers();
-        let colors_before = layers.iter().filter(|layer| layer.kind.is_color()).count();
-        let before: Vec<u32> = layers.into_iter().map(|layer| layer.id).collect();
         for layer in document.layers() {
             if layer.kind() == Kind::Stamps {
                 continue;
@@ -654,7 +658,7 @@ pub trait LayeredObject: Sized {
         }
         // What the document does not have gets numbers that it has not.
         let free = document.free_id().max(ADDED);
-        let kept = (heights.is_empty(), paints.is_empty() && halves.is_empty());
+        let stay = [heights.is_empty(), paints.is_empty() && halves.is_empty()];
         if let Some((_, first)) = heights.first() {
             self.set_channel(Stored::Displacement(first.clone()))?;
             self.heights_mut().take_up(context, heights)?;
@@ -673,24 +677,14 @@ pub trait LayeredObject: Sized {
         }
         let layers = self.stacks_mut();
         layers.others = [others[0].unwrap_or(free), others[1].unwrap_or(free + 1)];
-        if kept.0 {
+        if stay[0] {
             layers.displacement.renumber(free + 2);
         }
-        if kept.1 {
+        if stay[1] {
             let first = free + 2 + MAX_LAYERS as u32;
             with_colors!(layers, stack => stack.renumber(first), ());
         }
-        let (mut after, mut old) = (self.layers(), before);
-        if !kept.0 {
-            after.retain(|layer| layer.kind.is_color());
-            old.drain(..old.len() - colors_before);
-        }
-        if !kept.1 {
-            after.retain(|layer| !layer.kind.is_color());
-            old.truncate(after.len());
-        }
-        let moved: Vec<(u32, u32)> = old.into_iter().zip(after.into_iter().map(|layer| layer.id)).collect();
-        find_stamps(self, context, document, budget, &moved)?;
+        find_stamps(self, context, document, budget, stay)?;
         Ok(unknown)
     }
 }
@@ -700,7 +694,7 @@ impl<O: LayeredObject> Recorded for O {
     fn states(&mut self, context: &Context) -> Result<LayerStates> {
         self.settle(context)?;
         let refused = self.stamp(context)?.len();
-        self.stacks_mut().fading.refuse(refused);
+        self.stacks_mut().unstamped += refused as u64;
         // What is lost for want of room changes what is seen.
         self.settle(context)?;
         Ok(self.layer_states())
@@ -708,14 +702,8 @@ impl<O: LayeredObject> Recorded for O {
 
     #[inline(never)]
     fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: Vec<BlockState>) -> Result<()> {
-        let such =
-            |wanted: fn(Kind) -> bool| heads.into_iter().flatten().filter(|head| wanted(head.kind)).collect::<Vec<_>>();
-        let whole = heads.is_some();
-        let (heights, colors) = (such(|kind| kind == Kind::Scalar), such(Kind::is_color));
-        let heights = (whole && !heights.is_empty()).then_some(heights.as_slice());
-        put_layers(context, self.heights_mut(), heights, &blocks)?;
-        let colors = (whole && !colors.is_empty()).then_some(colors.as_slice());
-        with_colors!(self.stacks_mut(), stack => put_layers(context, stack, colors, &blocks)?, ());
+        self.heights_mut();
+        each_stack!(self.stacks_mut(), stack => put_layers(context, stack, heads.unwrap_or(&[]), &blocks)?);
         let ids = self.stacks().others;
         let head = |id: u32| heads.into_iter().flatten().find(|head| head.id == id);
         let (traces, vectors) = self.others_mut();
@@ -736,16 +724,18 @@ fn take_up_colors<C: LayerChannel<Texel: ColorTexel>>(
     stack.take_up(context, layers).map(drop)
 }
 
-/// Gives a stack the layers `heads`, unless they stay, and `blocks`.
+/// Gives a stack those layers of `heads` that are of its kind, unless there are none, and `blocks`.
 #[inline(never)]
 fn put_layers<C: LayerChannel>(
     context: &Context,
     stack: &mut Stack<C>,
-    heads: Option<&[&Head]>,
+    heads: &[Head],
     blocks: &[BlockState],
 ) -> Result<()> {
-    if let Some(heads) = heads {
-        stack.arrange(heads)?;
+    let is_own = |kind: Kind| kind == C::Texel::KIND || kind.is_color() && C::Texel::KIND.is_color();
+    let heads: Vec<&Head> = heads.iter().filter(|head| is_own(head.kind)).collect();
+    if !heads.is_empty() {
+        stack.arrange(&heads)?;
     }
     let ids: Vec<u32> = stack.layers().iter().map(|layer| layer.id()).collect();
     for id in ids {
@@ -753,7 +743,7 @@ fn put_layers<C: LayerChannel>(
             put(context, channel, id, blocks)?;
         }
     }
-    if heads.is_some() { stack.refresh(context) } else { stack.settle(context) }.map(drop)
+    if heads.is_empty() { stack.settle(context) } else { stack.refresh(context) }.map(drop)
 }
 
 /// Gives the faces of a layer `sizes`, or those they were given.
@@ -792,8 +782,8 @@ fn put(context: &Context, channel: &mut impl BlockChannel, layer: u32, blocks: &
 
 /// Makes blocks of all channels and layers of an object leave memory for `pages`. Fails if one cannot be read back.
 pub(crate) fn page_to(object: &mut impl LayeredObject, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
-    object.heights_mut().page_to(pages)?;
-    with_colors!(object.stacks_mut(), stack => stack.page_to(pages)?, ());
+    object.heights_mut();
+    each_stack!(object.stacks_mut(), stack => stack.page_to(pages)?);
     let (traces, vectors) = object.others_mut();
     traces.map_or(Ok(()), |traces| traces.page_to(pages))?;
     vectors.map_or(Ok(()), |vectors| vectors.page_to(pages))
@@ -801,8 +791,7 @@ pub(crate) fn page_to(object: &mut impl LayeredObject, pages: Option<&Arc<dyn Pa
 
 /// Fails once with what could not be read back from a page of an object, or written to one, since it was asked last.
 pub(crate) fn report_fault(object: &impl LayeredObject) -> Result<()> {
-    object.stacks().displacement.report_fault()?;
-    with_colors!(object.stacks(), stack => stack.report_fault()?, ());
+    each_stack!(object.stacks(), stack => stack.report_fault()?);
     let (traces, vectors) = object.others();
     traces.map_or(Ok(()), BlockChannel::report_fault)?;
     vectors.map_or(Ok(()), BlockChannel::report_fault)
@@ -843,18 +832,6 @@ impl LayeredObject for DisplacedObject {
     type Traces = Traces;
     type Vectors = VectorDisplacement;
 
-    fn face_count(&self) -> usize {
-        self.surface().topology().face_count()
-    }
-
-    fn edit_time(&self) -> f64 {
-        self.time()
-    }
-
-    fn set_edit_time(&mut self, time: f64) -> Result<()> {
-        self.set_time(time)
-    }
-
     fn device_in_use(&self) -> Option<&Device> {
         self.device.as_ref().map(DeviceObject::device)
     }
@@ -871,8 +848,9 @@ impl LayeredObject for DisplacedObject {
         &mut self.layers
     }
 
-    fn forget_measures(&mut self) {
+    fn heights_mut(&mut self) -> &mut Stack<Displacement> {
         self.displacement_mut();
+        &mut self.layers.displacement
     }
 
     fn others(&self) -> (Option<&Traces>, Option<&VectorDisplacement>) {
@@ -880,7 +858,8 @@ impl LayeredObject for DisplacedObject {
     }
 
     fn others_mut(&mut self) -> (Option<&mut Traces>, Option<&mut VectorDisplacement>) {
-        self.traces_and_vectors_mut()
+        self.vectors_mut();
+        (self.traces.as_mut(), self.vectors.as_mut())
     }
 
     fn stored(

@@ -13,23 +13,27 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::{Blend, Head, PageStore, Settings};
 use relievo_tiles::{Blocks, Sheet, StoredTexel};
 
+use crate::channels::fading::Faded;
 use crate::channels::history::LayerState;
 use crate::channels::layer_channel::{BlockChannel, FAINTEST, LayerChannel};
 
 /// A layer of a [`Stack`].
 #[derive(Debug)]
-pub struct Layer<C> {
+pub struct Layer<C: LayerChannel> {
     id: u32,
     name: Arc<str>,
     settings: Settings,
     /// `None` where its texels are those of the composite.
     channel: Option<C>,
+    /// Its decay, if its edits fade.
+    decay: Option<Faded<C>>,
 }
 
-impl<C> Layer<C> {
+impl<C: LayerChannel> Layer<C> {
     /// The layer that `head` describes.
     fn of(head: &Head, channel: C) -> Self {
-        Self { id: head.id, name: head.name.as_str().into(), settings: head.settings, channel: Some(channel) }
+        let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
+        Self { id, name, settings, channel: Some(channel), decay: None }
     }
 
     /// Its number.
@@ -69,7 +73,8 @@ pub struct Stack<C: LayerChannel> {
 impl<C: LayerChannel> Stack<C> {
     /// One layer, whose texels are those of `composite`; `background` is seen where it is hidden.
     pub fn new((id, name): (u32, &str), composite: C, background: C::Texel) -> Self {
-        let layer = Layer { id, name: name.into(), settings: Settings::of(C::Texel::KIND), channel: None };
+        let settings = Settings::of(C::Texel::KIND);
+        let layer = Layer { id, name: name.into(), settings, channel: None, decay: None };
         Self { composite, layers: vec![layer], active: id, background, seen: None }
     }
 
@@ -130,6 +135,21 @@ impl<C: LayerChannel> Stack<C> {
     /// As [`Self::own`], for writing.
     fn own_mut(&mut self) -> impl Iterator<Item = &mut C> {
         self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut())
+    }
+
+    /// The number, the decay and the texels of each layer.
+    pub(crate) fn decays(&self) -> impl Iterator<Item = (u32, Option<&Faded<C>>, &C)> {
+        self.layers.iter().zip(self.channels()).map(|(layer, channel)| (layer.id, layer.decay.as_ref(), channel))
+    }
+
+    /// As [`Self::decays`], for writing.
+    pub(crate) fn decays_mut(&mut self) -> impl Iterator<Item = (u32, &mut Option<Faded<C>>, &mut C)> {
+        // One layer at most has the texels of the composite.
+        let mut composite = Some(&mut self.composite);
+        self.layers.iter_mut().filter_map(move |layer| {
+            let channel = layer.channel.as_mut().or_else(|| composite.take())?;
+            Some((layer.id, &mut layer.decay, channel))
+        })
     }
 
     /// What the layers are, as documents have it.
@@ -403,7 +423,11 @@ impl<C: LayerChannel> Stack<C> {
         for (head, channel) in heads.iter().zip(&mut fresh) {
             channel.reshape(&head.face_sizes, &head.given_sizes)?;
         }
-        self.layers = heads.iter().zip(fresh).map(|(head, channel)| Layer::of(head, channel)).collect();
+        let mut before = std::mem::take(&mut self.layers);
+        let mut decay = |id: u32| before.iter_mut().find(|layer| layer.id == id)?.decay.take();
+        let layers = heads.iter().zip(fresh);
+        let layers = layers.map(|(head, channel)| Layer { decay: decay(head.id), ..Layer::of(head, channel) });
+        self.layers = layers.collect();
         if let Some(lowest) = heads.first() {
             self.see_behind(lowest);
         }
@@ -440,7 +464,7 @@ impl<C: LayerChannel> Stack<C> {
     }
 
     /// Puts the layer `id` and the one below it into one, which then has what both come to: the number and the name of
-    /// the lower one. Returns the tiles that the budget refused.
+    /// the lower one, and does not fade. Returns the tiles that the budget refused.
     ///
     /// # Errors
     /// Fails, and changes nothing, with `Invalid` if there is no such layer or none below it, one of the two is hidden,
@@ -477,7 +501,7 @@ impl<C: LayerChannel> Stack<C> {
         };
         self.layers.remove(at);
         self.layers[under].settings = Settings::of(C::Texel::KIND);
-        self.layers[under].channel = Some(merged);
+        (self.layers[under].channel, self.layers[under].decay) = (Some(merged), None);
         if self.active == id {
             self.active = self.layers[under].id;
         }
@@ -500,7 +524,7 @@ impl<C: LayerChannel> Stack<C> {
     ) -> Result<Vec<u32>> {
         settings.check(C::Texel::KIND)?;
         let channel = self.blank(face_sizes, C::Texel::zeroed())?;
-        self.layers.push(Layer { id, name: name.into(), settings, channel: Some(channel) });
+        self.layers.push(Layer { id, name: name.into(), settings, channel: Some(channel), decay: None });
         self.active = id;
         self.refresh(context)
     }
@@ -577,9 +601,13 @@ impl<C: LayerChannel> Stack<C> {
         self.refresh(context)
     }
 
-    /// Makes one layer of all: what is seen. It has the number and the name of the lowest.
+    /// Makes one layer of all: what is seen. It has the number and the name of the lowest, and does not fade if there
+    /// were others.
     pub fn flatten(&mut self) {
-        self.layers.truncate(1);
+        if self.layers.len() > 1 {
+            self.layers.truncate(1);
+            self.layers[0].decay = None;
+        }
         if let Some(only) = self.layers.first_mut() {
             (only.settings, only.channel) = (Settings::of(C::Texel::KIND), None);
             self.active = only.id;
@@ -588,6 +616,6 @@ impl<C: LayerChannel> Stack<C> {
     }
 }
 
-fn no_layer(id: u32) -> Error {
+pub(crate) fn no_layer(id: u32) -> Error {
     Error::invalid(format!("there is no layer with the number {id}"))
 }

@@ -155,7 +155,7 @@ fn finish_triangles(
     let mut refused = done.refused;
     if let Some(traces) = &mut object.traces {
         let fields = [&before, object.layers.displacement.composite().field()];
-        refused.extend(traces::record(context, fields, traces, &shown, object.time)?);
+        refused.extend(traces::record(context, fields, traces, &shown, object.layers.time)?);
         refused.sort_unstable();
         refused.dedup();
     }

@@ -17,10 +17,11 @@ use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, StoredTexel, Texel, Trace, Ve
 use super::device::TriangleDevice;
 use crate::channels::fading::FadingObject;
 use crate::channels::layered::{self, LayeredObject, Layers, LayersOf, Stored};
+use crate::channels::layers::Stack;
 use crate::geometry::hierarchy::{Bounds, Hierarchy, Region};
 use crate::geometry::obb::Obb;
 use crate::object::ranges::{Ranges, widest};
-use crate::object::transform::{check_time, check_transform};
+use crate::object::transform::check_transform;
 
 /// Displacements that dabs go by: along the normals, and in object space.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +54,6 @@ pub struct TriangleObject {
     /// Faces whose normals are to be renewed; `None` for all.
     stale: Option<Vec<u32>>,
     level: u32,
-    pub(super) time: f64,
     /// What makes dabs in place of the processor, and why it stopped to.
     pub(super) device: Option<TriangleDevice>,
     pub(super) device_fault: Option<Error>,
@@ -94,7 +94,6 @@ impl TriangleObject {
             bent: false,
             stale: None,
             level: 0,
-            time: 0.0,
             device: None,
             device_fault: None,
         })
@@ -187,7 +186,7 @@ impl TriangleObject {
 
     /// When edits are made now, in seconds.
     pub fn time(&self) -> f64 {
-        self.time
+        self.layers.time
     }
 
     /// When edits are made from now on, in seconds; 0 at first.
@@ -195,9 +194,7 @@ impl TriangleObject {
     /// # Errors
     /// Fails with `Invalid` if the time is not finite or beyond [`f32::MAX`].
     pub fn set_time(&mut self, time: f64) -> Result<()> {
-        check_time(time)?;
-        self.time = time;
-        Ok(())
+        self.layers.set_time(time)
     }
 
     /// The traces that imprints leave, if they are to leave any.
@@ -534,18 +531,6 @@ impl LayeredObject for TriangleObject {
     type Traces = TriangleChannel<Trace>;
     type Vectors = TriangleChannel<Vector>;
 
-    fn face_count(&self) -> usize {
-        self.surface.topology().face_count()
-    }
-
-    fn edit_time(&self) -> f64 {
-        self.time()
-    }
-
-    fn set_edit_time(&mut self, time: f64) -> Result<()> {
-        self.set_time(time)
-    }
-
     fn device_in_use(&self) -> Option<&Device> {
         self.device.as_ref().map(TriangleDevice::device)
     }
@@ -569,8 +554,9 @@ impl LayeredObject for TriangleObject {
         &mut self.layers
     }
 
-    fn forget_measures(&mut self) {
+    fn heights_mut(&mut self) -> &mut Stack<TriangleChannel> {
         self.displacement_mut();
+        &mut self.layers.displacement
     }
 
     fn others(&self) -> (Option<&Self::Traces>, Option<&Self::Vectors>) {

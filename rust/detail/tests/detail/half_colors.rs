@@ -261,7 +261,7 @@ fn light_fades_to_what_was_there_without_it() {
     object.set_decay(DecayOptions { delay: 1.0, duration: 2.0 }, LIMIT).unwrap();
     stroke(middle(5), PaintMode::Mix, LIGHT).apply(&context, &mut object).unwrap();
     let (light, layer) = (Vec4::from(LIGHT), object.layers()[1].id);
-    assert_eq!(object.fading().unwrap().options(layer).unwrap().duration, 2.0);
+    assert_eq!(object.decay(layer).unwrap().duration, 2.0);
     for (time, share) in [(1.0, 1.0), (2.0, 0.5), (3.0, 0.0)] {
         object.advance(&context, time).unwrap();
         near(object.seen(5, 0.5, 0.4), BASE + share * (light - BASE));

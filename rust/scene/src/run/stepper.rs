@@ -490,9 +490,7 @@ impl Stepper {
                 let traces = object.traces().map(|it| (it.bytes(), it.full_bytes(), it.allocated_count()));
                 let vectors = object.vectors().map(|it| (it.bytes(), it.full_bytes(), it.allocated_count()));
                 let own = (displacement.bytes(), displacement.full_bytes(), displacement.allocated_count());
-                if let Some(fading) = object.fading() {
-                    self.summary.tile_bytes[0] += fading.bytes();
-                }
+                self.summary.tile_bytes[0] += object.stamp_bytes();
                 let channels = [Some(own), paint, halves, traces, vectors].into_iter();
                 for (bytes, full, count) in channels.flatten() {
                     self.summary.tile_bytes[0] += bytes;
@@ -525,9 +523,7 @@ impl Stepper {
                     self.summary.tiles[0] += vectors.allocated_count() as u64;
                     self.summary.tiles[1] += vectors.field().tile_count() as u64;
                 }
-                if let Some(fading) = surface.fading() {
-                    self.summary.tile_bytes[0] += fading.bytes();
-                }
+                self.summary.tile_bytes[0] += surface.stamp_bytes();
                 if let Some(traces) = surface.traces() {
                     self.summary.tile_bytes[0] += traces.bytes();
                     self.summary.tile_bytes[1] += traces.full_bytes();
