@@ -18,7 +18,6 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Result};
-use relievo_document::PageStore;
 use relievo_surface::{Cone, Surface};
 use relievo_tiles::{
     AnyField, ByFormat, Channel, Displaced, Displacement, Field, Paint, Rgba16, Snapshot, StoredTexel, Texel, Traces,
@@ -26,7 +25,7 @@ use relievo_tiles::{
 };
 
 use crate::channels::fading::FadingObject;
-use crate::channels::layered::Layers;
+use crate::channels::layered::{LayeredObject, Layers};
 use crate::device::DeviceObject;
 use crate::geometry::hierarchy::{Hierarchy, Region};
 use crate::geometry::obb::Obb;
@@ -46,8 +45,6 @@ pub struct DisplacedObject {
     pub(crate) traces: Option<Traces>,
     /// Its displacement and its colours.
     pub(crate) layers: Layers,
-    /// What tiles page to.
-    pub(crate) pages: Option<Arc<dyn PageStore>>,
     pub(crate) transform: DAffine3,
     pub(crate) hierarchy: Hierarchy,
     /// Boxes that follow the displacement, once brushes need them.
@@ -98,7 +95,6 @@ impl DisplacedObject {
             longest: OnceLock::new(),
             traces: None,
             layers: Layers::new(displacement),
-            pages: None,
             transform,
             hierarchy,
             fit: None,
@@ -305,24 +301,11 @@ impl DisplacedObject {
 
     /// A channel of an object that pages does as well.
     fn page<T: Texel>(&self, channel: &mut Channel<T>) -> Result<()> {
-        match (&self.pages, channel.page_store()) {
+        match (self.page_store(), channel.page_store()) {
             (Some(own), Some(other)) if Arc::ptr_eq(own, other) => Ok(()),
             (Some(own), _) => channel.page_to(Some(own.clone())),
             (None, _) => Ok(()),
         }
-    }
-
-    /// When edits are made now, in seconds.
-    pub fn time(&self) -> f64 {
-        self.layers.time
-    }
-
-    /// When edits are made from now on, in seconds; 0 at first.
-    ///
-    /// # Errors
-    /// Fails with `Invalid` if the time is not finite or beyond [`f32::MAX`].
-    pub fn set_time(&mut self, time: f64) -> Result<()> {
-        self.layers.set_time(time)
     }
 
     /// From object space to the world.

@@ -251,7 +251,7 @@ fn fades_on_after_kills<O: Fades>(what: &str) {
     let mut opened = fading_world::<O>(&context);
     let (document, mut history) = History::open(&path, LIMIT, LIMIT).unwrap();
     O::of(&mut opened).take_up(&context, &document, LIMIT).unwrap();
-    assert_eq!(O::of(&mut opened).edit_time(), time(STROKES - 1));
+    assert_eq!(O::of(&mut opened).time(), time(STROKES - 1));
     for after in [0.1, 0.5] {
         let time = time(STROKES - 1) + after;
         let [a, b] = [&mut whole, &mut opened].map(|world| faded::<O>(&context, world, time));

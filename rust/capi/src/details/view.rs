@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec4, Vec3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_detail::{DisplacedObject, FadingObject, TriangleObject};
+use relievo_detail::{DisplacedObject, FadingObject, LayeredObject, TriangleObject};
 use relievo_surface::{Place, Surface, SurfaceOptions, TriangleSurface};
 use relievo_tiles::displaced::Points;
 use relievo_tiles::trace::{Mark, Trace};

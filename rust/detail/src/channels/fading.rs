@@ -517,7 +517,7 @@ pub trait FadingObject: LayeredObject {
         if !self.is_fading() {
             return Ok(Vec::new());
         }
-        let (time, mut refused, mut lost, mut gone) = (self.stacks().time, Vec::new(), 0, Vec::new());
+        let (time, mut refused, mut lost, mut gone) = (self.time(), Vec::new(), 0, Vec::new());
         each_stack!(self.stacks_mut(), stack => {
             let [left, over] = stack.stamp(context, time)?;
             refused.extend(left);
@@ -552,12 +552,12 @@ pub trait FadingObject: LayeredObject {
     #[inline(never)]
     fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
         if !self.is_fading() {
-            return self.stacks_mut().set_time(time);
+            return self.set_time(time);
         }
         let _stage = context.stats().begin("decay");
         self.settle(context)?;
         self.stamp(context)?;
-        self.stacks_mut().set_time(time)?;
+        self.set_time(time)?;
         let device = self.device_in_use().cloned();
         let (mut shown, mut fault) = (Vec::new(), None);
         each_stack!(self.stacks_mut(), stack => {
@@ -669,7 +669,7 @@ pub(crate) fn put_stamps(
     if !object.is_fading() && !knows {
         return Ok(());
     }
-    let time = object.stacks().time;
+    let time = object.time();
     each_stack!(object.stacks_mut(), stack => stack.restore_stamps(context, heads, blocks, time)?);
     object.settle(context)?;
     object.take_as_stamped();
@@ -697,7 +697,7 @@ pub(crate) fn find_stamps(
     if document.layers().iter().any(|layer| layer.kind() == Kind::Stamps) {
         // Edits of the journal may be later than what the document says.
         let time = newest.map_or(document.time, |newest| document.time.max(f64::from(newest)));
-        object.stacks_mut().set_time(time)?;
+        object.set_time(time)?;
         each_stack!(object.stacks_mut(), stack => stack.bring(context, time)?);
         object.settle(context)?;
     }

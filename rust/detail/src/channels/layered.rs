@@ -45,6 +45,8 @@ pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: La
     pub(crate) unstamped: u64,
     /// When edits are made now, in seconds.
     pub(crate) time: f64,
+    /// What blocks page to, if they do.
+    pub(crate) pages: Option<Arc<dyn PageStore>>,
     /// The numbers of its traces and of its vectors.
     others: [u32; 2],
     /// What [`LayeredObject::read_sizes`] gave when sizes were committed.
@@ -68,16 +70,10 @@ impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Layers<H, C
             lost: 0,
             unstamped: 0,
             time: 0.0,
+            pages: None,
             others: [TRACES, VECTORS],
             sizes: Vec::new(),
         }
-    }
-
-    /// Changes when edits are made from now on. Fails if the time is not finite or beyond [`f32::MAX`].
-    pub(crate) fn set_time(&mut self, time: f64) -> Result<()> {
-        check_time(time)?;
-        self.time = time;
-        Ok(())
     }
 
     /// Takes colours in place of those it may have.
@@ -203,11 +199,6 @@ pub trait LayeredObject: Sized {
     /// What vectors are kept in.
     type Vectors: BlockChannel;
 
-    /// When edits are made now, in seconds.
-    fn edit_time(&self) -> f64 {
-        self.stacks().time
-    }
-
     /// The graphics device that edits are made on, if there is one.
     fn device_in_use(&self) -> Option<&Device>;
 
@@ -252,6 +243,59 @@ pub trait LayeredObject: Sized {
     /// [`DisplacedObject`]; with `Memory` if the budget of a decay does not hold what the stamps of colours need; and
     /// as the page store does if a page cannot be read or written.
     fn set_channel(&mut self, channel: Stored<Self>) -> Result<()>;
+
+    /// When edits are made now, in seconds.
+    fn time(&self) -> f64 {
+        self.stacks().time
+    }
+
+    /// Changes when edits are made from now on, in seconds; 0 at first.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the time is not finite or beyond [`f32::MAX`].
+    fn set_time(&mut self, time: f64) -> Result<()> {
+        check_time(time)?;
+        self.stacks_mut().time = time;
+        Ok(())
+    }
+
+    /// Makes tiles, or blocks of faces and edges, of all channels and layers leave memory for `pages` when their budgets
+    /// are spent, the ones edited longest ago first, see [`relievo_tiles::paging`] and
+    /// [`relievo_tiles::triangle::paging`]; without, all come back. [`Self::settle`] is to be done before. Normals,
+    /// vectors in object space, and the texels and stamps of edits that fade stay in memory.
+    ///
+    /// # Errors
+    /// Fails as the page store does if a block cannot be read back or written; some channels and layers may page to
+    /// `pages` then.
+    #[inline(never)]
+    fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
+        let to = pages.as_ref();
+        self.heights_mut();
+        each_stack!(self.stacks_mut(), stack => stack.page_to(to)?);
+        let (traces, vectors) = self.others_mut();
+        traces.map_or(Ok(()), |traces| traces.page_to(to))?;
+        vectors.map_or(Ok(()), |vectors| vectors.page_to(to))?;
+        self.stacks_mut().pages = pages;
+        Ok(())
+    }
+
+    /// Where blocks page to, if they do.
+    fn page_store(&self) -> Option<&Arc<dyn PageStore>> {
+        self.stacks().pages.as_ref()
+    }
+
+    /// Reports a failure of the page store, once for each channel and layer.
+    ///
+    /// # Errors
+    /// Fails with the error of the page store about what could not be read back from a page, or written to one, since
+    /// this was called last: a block that is blank to readers, or one that stays in memory beyond its budget.
+    #[inline(never)]
+    fn report_fault(&self) -> Result<()> {
+        each_stack!(self.stacks(), stack => stack.report_fault()?);
+        let (traces, vectors) = self.others();
+        traces.map_or(Ok(()), BlockChannel::report_fault)?;
+        vectors.map_or(Ok(()), BlockChannel::report_fault)
+    }
 
     /// The layers, from the lowest: those of displacement, then those of colour. What is evaluated is
     /// [`Self::displacement`] and [`Self::paint`], to which they come.
@@ -778,51 +822,6 @@ fn put(context: &Context, channel: &mut impl BlockChannel, layer: u32, blocks: &
     done?;
     let numbers: Vec<u32> = own().map(|block| block.block).collect();
     channel.mend(context, &numbers)
-}
-
-/// Makes blocks of all channels and layers of an object leave memory for `pages`. Fails if one cannot be read back.
-pub(crate) fn page_to(object: &mut impl LayeredObject, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
-    object.heights_mut();
-    each_stack!(object.stacks_mut(), stack => stack.page_to(pages)?);
-    let (traces, vectors) = object.others_mut();
-    traces.map_or(Ok(()), |traces| traces.page_to(pages))?;
-    vectors.map_or(Ok(()), |vectors| vectors.page_to(pages))
-}
-
-/// Fails once with what could not be read back from a page of an object, or written to one, since it was asked last.
-pub(crate) fn report_fault(object: &impl LayeredObject) -> Result<()> {
-    each_stack!(object.stacks(), stack => stack.report_fault()?);
-    let (traces, vectors) = object.others();
-    traces.map_or(Ok(()), BlockChannel::report_fault)?;
-    vectors.map_or(Ok(()), BlockChannel::report_fault)
-}
-
-impl DisplacedObject {
-    /// Makes tiles of all channels and layers leave memory for `pages` when their budgets are spent, the ones edited
-    /// longest ago first, see [`relievo_tiles::paging`]; without, all come back. [`LayeredObject::settle`] is to be
-    /// done before. The texels and stamps of edits that fade stay in memory.
-    ///
-    /// # Errors
-    /// Fails as the page store does if a tile cannot be read back or written.
-    pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
-        page_to(self, pages.as_ref())?;
-        self.pages = pages;
-        Ok(())
-    }
-
-    /// Where tiles page to, if they do.
-    pub fn page_store(&self) -> Option<&Arc<dyn PageStore>> {
-        self.pages.as_ref()
-    }
-
-    /// Reports a failure of the page store, once for each channel and layer.
-    ///
-    /// # Errors
-    /// Fails with the error of the page store about what could not be read back from a page, or written to one, since
-    /// this was called last: a tile that is blank to readers, or one that stays in memory beyond its budget.
-    pub fn report_fault(&self) -> Result<()> {
-        report_fault(self)
-    }
 }
 
 impl LayeredObject for DisplacedObject {

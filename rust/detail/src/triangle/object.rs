@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
-use relievo_document::{self as document, Document, Kind, PageStore};
+use relievo_document::{self as document, Document, Kind};
 use relievo_gpu::Device;
 use relievo_surface::{TriangleSurface, TriangleTopology};
 use relievo_tiles::triangle::{
@@ -16,7 +16,7 @@ use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, StoredTexel, Texel, Trace, Ve
 
 use super::device::TriangleDevice;
 use crate::channels::fading::FadingObject;
-use crate::channels::layered::{self, LayeredObject, Layers, LayersOf, Stored};
+use crate::channels::layered::{LayeredObject, Layers, LayersOf, Stored};
 use crate::channels::layers::Stack;
 use crate::geometry::hierarchy::{Bounds, Hierarchy, Region};
 use crate::geometry::obb::Obb;
@@ -37,8 +37,6 @@ pub struct TriangleObject {
     /// Its displacement and its colours.
     pub(super) layers: LayersOf<Self>,
     pub(super) traces: Option<TriangleChannel<Trace>>,
-    /// What blocks page to.
-    pages: Option<Arc<dyn PageStore>>,
     pub(super) vectors: Option<TriangleChannel<Vector>>,
     /// The vectors in object space, as they were renewed or edited last, and no less than the longest.
     pub(super) offsets: Option<(TriangleField<Offset>, f32)>,
@@ -81,7 +79,6 @@ impl TriangleObject {
         Ok(Self {
             layers: Layers::new(displacement),
             traces: None,
-            pages: None,
             vectors: None,
             offsets: None,
             surface,
@@ -184,19 +181,6 @@ impl TriangleObject {
         self.fade_own()
     }
 
-    /// When edits are made now, in seconds.
-    pub fn time(&self) -> f64 {
-        self.layers.time
-    }
-
-    /// When edits are made from now on, in seconds; 0 at first.
-    ///
-    /// # Errors
-    /// Fails with `Invalid` if the time is not finite or beyond [`f32::MAX`].
-    pub fn set_time(&mut self, time: f64) -> Result<()> {
-        self.layers.set_time(time)
-    }
-
     /// The traces that imprints leave, if they are to leave any.
     pub fn traces(&self) -> Option<&TriangleChannel<Trace>> {
         self.traces.as_ref()
@@ -219,33 +203,6 @@ impl TriangleObject {
         Ok(())
     }
 
-    /// Makes blocks of faces and edges of all channels and layers leave memory for `pages` when their budgets are
-    /// spent, the ones edited longest ago first, see [`relievo_tiles::triangle::paging`]; without, all come
-    /// back. [`LayeredObject::settle`] is to be done before. Normals, vectors in object space, and the values and
-    /// stamps of edits that fade stay in memory.
-    ///
-    /// # Errors
-    /// Fails with the error of the page store if a block cannot be read from its page or written to one; some channels
-    /// and layers may page to `pages` then.
-    pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
-        layered::page_to(self, pages.as_ref())?;
-        self.pages = pages;
-        Ok(())
-    }
-
-    /// Where blocks page to, if they do.
-    pub fn page_store(&self) -> Option<&Arc<dyn PageStore>> {
-        self.pages.as_ref()
-    }
-
-    /// Reports what could not be read back from a page, or written to one, since it was asked last.
-    ///
-    /// # Errors
-    /// Fails with the error of the page store, once for each channel or layer that has one.
-    pub fn report_fault(&self) -> Result<()> {
-        layered::report_fault(self)
-    }
-
     /// The layer of a document that is called `name`.
     fn channel<T: StoredTexel>(
         &self,
@@ -255,12 +212,12 @@ impl TriangleObject {
         budget: u64,
     ) -> Result<Option<TriangleChannel<T>>> {
         let topology = self.surface.topology().clone();
-        TriangleChannel::stored_with(context, topology, document, name, budget, self.pages.as_ref())
+        TriangleChannel::stored_with(context, topology, document, name, budget, self.page_store())
     }
 
     /// A channel of an object that pages does as well.
     fn page<T: Texel>(&self, channel: &mut TriangleChannel<T>) -> Result<()> {
-        match (&self.pages, channel.page_store()) {
+        match (self.page_store(), channel.page_store()) {
             (Some(own), Some(other)) if Arc::ptr_eq(own, other) => Ok(()),
             (Some(own), _) => channel.page_to(Some(own.clone())),
             (None, _) => Ok(()),

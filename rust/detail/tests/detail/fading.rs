@@ -292,7 +292,7 @@ fn opened_again<O: Subject>() {
                         parts.set_active_layer(&context, id).unwrap();
                     }
                 }
-                assert_eq!(parts.edit_time(), time);
+                assert_eq!(parts.time(), time);
                 let reopened = state(&context, &mesh, &mut parts);
                 assert!(reopened == a, "{layered} {frame}");
                 saved += 1;

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, ContextOptions, Mesh};
-use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Report};
+use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, LayeredObject, Moment, Report};
 use relievo_surface::{Place, Surface, SurfaceOptions};
 use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Trace, Traces, uniform_rates};
 

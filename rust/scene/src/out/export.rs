@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Attribute, Context, Domain, Mesh, Result, Values};
-use relievo_detail::DisplacedObject;
+use relievo_detail::{DisplacedObject, LayeredObject};
 use relievo_meshio::Instance;
 use relievo_render::{Channel, Content, Layer, Samples, Value, write_exr};
 use relievo_tiles::triangle::{FaceRates, TriangleTessellation};
