@@ -60,7 +60,7 @@ pub fn versions() -> Outcome {
         ("plugins/blender/blender_manifest.toml", format!("\nversion = \"{VERSION}\"\n")),
         ("plugins/blender/blender_manifest.toml", format!("/librelievo-{VERSION}-")),
         ("plugins/blender/__init__.py", format!("\"version\": ({major}, {minor}, {patch}),")),
-        ("CHANGELOG.md", format!("\n## {VERSION}")),
+        ("CHANGELOG.md", format!("\n## [{VERSION}]")),
     ];
     for (file, text) in stated {
         let path = root().join(file);
