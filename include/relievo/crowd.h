@@ -38,6 +38,17 @@ typedef struct RlvCrowdClipName {
     const char *name;
 } RlvCrowdClipName;
 
+/* What a refit changed. */
+typedef struct RlvCrowdRefitReport {
+    uint32_t struct_size;
+    uint32_t grown_groups;   /* groups whose simplification has a larger error than before */
+    double growth;           /* triangles of a cut after the refit over those before, at equal errors: the largest of four cuts */
+    uint32_t is_rebuild_due; /* 1: growth is 1.5 or more, and a new build would draw fewer triangles; 0: it is less */
+    uint32_t reserved;
+} RlvCrowdRefitReport;
+
+#define RLV_CROWD_REFIT_REPORT_INIT {sizeof(RlvCrowdRefitReport), 0, 0.0, 0, 0}
+
 /* Counts and bounds of a model. */
 typedef struct RlvCrowdModelInfo {
     uint32_t struct_size;
@@ -260,6 +271,15 @@ RLV_API RlvResult rlv_crowd_params(const RlvParameter **params, size_t *count);
 RLV_API RlvResult rlv_crowd_model_build(RlvContext context, const char *path, const RlvCrowdClipName *clips,
                                         size_t clip_count, const RlvCrowdBuildSettings *settings, RlvProgress progress,
                                         void *user, RlvCrowdModel *out);
+
+/* Makes a model with the clusters of another one, and with the vertices, the skeleton and the clip_count clips of a file that
+ * was sculpted or has other clips since; without clips all of the file. Errors and bounds are measured anew, so that cuts hold
+ * them, which takes less time than a build. Of the settings pose_distance and pose_rate count. settings, progress and report
+ * may be NULL. Fails as rlv_crowd_model_build does, and if the file has other triangles than model was built from, or
+ * vertices that were at one place with the same bones and no longer are. */
+RLV_API RlvResult rlv_crowd_model_refit(RlvCrowdModel model, const char *path, const RlvCrowdClipName *clips,
+                                        size_t clip_count, const RlvCrowdBuildSettings *settings, RlvProgress progress,
+                                        void *user, RlvCrowdRefitReport *report, RlvCrowdModel *out);
 
 /* Reads a model (.rcrowd). Fails if the file is damaged or of a later version, or exceeds the memory limit. */
 RLV_API RlvResult rlv_crowd_model_read(RlvContext context, const char *path, RlvCrowdModel *out);

@@ -57,7 +57,7 @@ typedef enum RlvJobKind {
     RLV_JOB_KIND_PROGRESSIVE = 2, /* rlv_job_progressive_mesh */
     RLV_JOB_KIND_GRID = 3, /* rlv_job_grid */
     RLV_JOB_KIND_DECAL = 4, /* rlv_job_decal */
-    RLV_JOB_KIND_CROWD_MODEL = 5, /* rlv_job_crowd_model */
+    RLV_JOB_KIND_CROWD_MODEL = 5, /* rlv_job_crowd_model; after rlv_job_crowd_refit also rlv_job_crowd_refit_report */
     RLV_JOB_KIND_TISSUE = 6, /* rlv_job_tissue; after rlv_job_tissue_build also rlv_job_tissue_report */
     RLV_JOB_KIND_PARTICLES = 7, /* rlv_job_particles */
     RLV_JOB_KIND_SURFACE = 8, /* rlv_job_surface */
@@ -160,6 +160,11 @@ RLV_API RlvResult rlv_job_decal_on_detail(RlvDetail detail, const RlvDecalOption
  * at once. */
 RLV_API RlvResult rlv_job_crowd(RlvContext context, const char *path, const RlvCrowdClipName *clips, size_t clip_count,
                                 const RlvCrowdBuildSettings *settings, RlvJob *out);
+
+/* Starts rlv_crowd_model_refit; rlv_job_crowd_model has the model it makes, rlv_job_crowd_refit_report what it changed. Fails
+ * as rlv_crowd_model_refit does, as a job or at once. */
+RLV_API RlvResult rlv_job_crowd_refit(RlvCrowdModel model, const char *path, const RlvCrowdClipName *clips,
+                                      size_t clip_count, const RlvCrowdBuildSettings *settings, RlvJob *out);
 
 /* Mutates the fluid: starts rlv_fluid_advance; rlv_job_fluid_report has what the steps did. Cancelled or failed it leaves
  * the fluid as the last whole step left it. Fails as rlv_fluid_advance does, as a job or at once, with RLV_ERROR_BUSY if
@@ -390,9 +395,12 @@ RLV_API RlvResult rlv_job_document(RlvJob job, RlvDocument *out);
  * another. */
 RLV_API RlvResult rlv_job_bytes(RlvJob job, RlvBytes *out);
 
-/* The crowd model that rlv_job_crowd or rlv_job_crowd_model_read made, the same one every time. Fails as rlv_job_result does, and if the job was
- * another. */
+/* The crowd model that rlv_job_crowd, rlv_job_crowd_refit or rlv_job_crowd_model_read made, the same one every time. Fails as
+ * rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_crowd_model(RlvJob job, RlvCrowdModel *out);
+
+/* What rlv_job_crowd_refit changed. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_crowd_refit_report(RlvJob job, RlvCrowdRefitReport *out);
 
 /* What rlv_job_sweep or rlv_job_sweep_points did. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_imprint_report(RlvJob job, RlvImprintReport *out);

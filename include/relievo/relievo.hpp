@@ -1489,6 +1489,8 @@ public:
     }
 };
 
+struct RefittedCrowdModel;
+
 /// A character or a static model with its clips and clusters; see relievo/crowd.h.
 class CrowdModel : public Reference<RlvCrowdModel, rlv_crowd_model_retain, rlv_crowd_model_release> {
 public:
@@ -1505,6 +1507,11 @@ public:
                                           watch.callback(), &watch, made.out()));
         return made;
     }
+
+    /// Makes a model with the same clusters of a file that was sculpted or has other clips since.
+    RefittedCrowdModel refit(const std::string &path, const std::vector<std::string> &clips = {},
+                             const RlvCrowdBuildSettings &settings = RLV_CROWD_BUILD_SETTINGS_INIT,
+                             const Progress &progress = nullptr) const;
 
     static CrowdModel read(const Context &context, const std::string &path) {
         CrowdModel made;
@@ -1599,6 +1606,22 @@ public:
         return names;
     }
 };
+
+/// A model that was refitted, and what changed.
+struct RefittedCrowdModel {
+    CrowdModel model;
+    RlvCrowdRefitReport report;
+};
+
+inline RefittedCrowdModel CrowdModel::refit(const std::string &path, const std::vector<std::string> &clips,
+                                            const RlvCrowdBuildSettings &settings, const Progress &progress) const {
+    Watch watch(progress);
+    RefittedCrowdModel made{{}, RLV_CROWD_REFIT_REPORT_INIT};
+    const std::vector<RlvCrowdClipName> names = names_of(clips);
+    watch.check(rlv_crowd_model_refit(get(), path.c_str(), names.data(), names.size(), &settings, watch.callback(), &watch,
+                                      &made.report, made.model.out()));
+    return made;
+}
 
 /// What a view draws of a crowd.
 struct CrowdDraws {
@@ -3594,6 +3617,12 @@ public:
         return CrowdModel(made);
     }
 
+    RlvCrowdRefitReport crowd_refit_report() const {
+        RlvCrowdRefitReport report = RLV_CROWD_REFIT_REPORT_INIT;
+        check(rlv_job_crowd_refit_report(get(), &report));
+        return report;
+    }
+
     Surface surface() const {
         RlvSurface made = RLV_NULL;
         check(rlv_job_surface(get(), &made));
@@ -3882,6 +3911,15 @@ public:
         JobOf<CrowdModel> made;
         const std::vector<RlvCrowdClipName> names = CrowdModel::names_of(clips);
         check(rlv_job_crowd(context.get(), path.c_str(), names.data(), names.size(), &settings, made.out()));
+        return made;
+    }
+
+    static JobOf<CrowdModel> refit(const CrowdModel &model, const std::string &path,
+                                   const std::vector<std::string> &clips = {},
+                                   const RlvCrowdBuildSettings &settings = RLV_CROWD_BUILD_SETTINGS_INIT) {
+        JobOf<CrowdModel> made;
+        const std::vector<RlvCrowdClipName> names = CrowdModel::names_of(clips);
+        check(rlv_job_crowd_refit(model.get(), path.c_str(), names.data(), names.size(), &settings, made.out()));
         return made;
     }
 

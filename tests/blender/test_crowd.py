@@ -133,6 +133,28 @@ class Crowds(unittest.TestCase):
         self.assertEqual({one.instance_type for one in (near, middle, far)}, {"COLLECTION"})
         self.assertFalse([one for one in bpy.data.objects if "relievo_crowd_child" in one])
 
+    def test_a_model_that_was_sculpted_is_refitted(self):
+        host.select(self.rig)
+        with self.assertRaisesRegex(RuntimeError, "build it first"):
+            bpy.ops.relievo.crowd_refit()
+        options = self.build()
+        before, report = options.path, options.report
+        top = max(vertex.co.z for vertex in self.tube.data.vertices)
+        for vertex in self.tube.data.vertices:
+            vertex.co.z *= 1.5
+        self.assertEqual(bpy.ops.relievo.crowd_refit(), {"FINISHED"})
+        self.assertNotEqual(options.path, before)
+        self.assertEqual(options.report, report)
+        with self.relievo.ops.crowd.model_of(self.rig).mesh(0.0) as made:
+            self.assertGreater(made.points()[:, 2].max(), 1.2 * top)
+        host.select(self.tube)
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.subdivide()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        host.select(self.rig)
+        with self.assertRaisesRegex(RuntimeError, "other faces or vertices"):
+            bpy.ops.relievo.crowd_refit()
+
     def test_what_cannot_be_shown_is_refused(self):
         host.select(self.rig)
         with self.assertRaisesRegex(RuntimeError, "build it first"):

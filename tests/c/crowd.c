@@ -11,8 +11,8 @@ static uint32_t cancel(void *user, float fraction, const char *stage) {
 }
 
 /* A tube along y from -1 to 1 whose upper half turns about z by 90 degrees within a second, while a morph target makes it
- * wider by half, as glTF. */
-static void write_arm(void) {
+ * wider by half, as glTF. Its radius has waves of a height. */
+static void write_arm(double wave) {
     static float positions[POINTS][3], offsets[POINTS][3], weights[POINTS][4];
     static uint16_t joints[POINTS][4];
     static uint32_t indices[TRIANGLES][3];
@@ -21,7 +21,7 @@ static void write_arm(void) {
         for (int side = 0; side < SIDES; ++side) {
             const int point = ring * SIDES + side;
             const double angle = 6.283185307179586 * side / SIDES, height = -1.0 + 2.0 * ring / (RINGS - 1);
-            const double radius = 0.2 + 0.01 * sin(5.0 * angle) * cos(9.0 * height);
+            const double radius = 0.2 + wave * sin(5.0 * angle) * cos(9.0 * height);
             const double share = fmin(fmax(0.5 + 2.5 * height, 0.0), 1.0);
             positions[point][0] = (float)(radius * cos(angle));
             positions[point][1] = (float)height;
@@ -144,6 +144,59 @@ static void check_models(RlvContext context, RlvCrowdModel model) {
     CHECK_OK(rlv_crowd_model_release(again));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_read_bytes(context, data, size / 2, &again), "bytes");
     CHECK_OK(rlv_bytes_release(bytes));
+}
+
+/* A refit of the same file changes nothing; one of a rougher arm needs a new build, as a call and as a job. */
+static void check_refits(RlvContext context, RlvCrowdModel model) {
+    RlvCrowdBuildSettings settings = RLV_CROWD_BUILD_SETTINGS_INIT;
+    RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT, other = RLV_CROWD_MODEL_INFO_INIT;
+    RlvCrowdRefitReport report = RLV_CROWD_REFIT_REPORT_INIT, again = RLV_CROWD_REFIT_REPORT_INIT;
+    RlvCrowdModel made = RLV_NULL, same = {77};
+    RlvJob job = RLV_NULL;
+    int calls = 1 << 20;
+    settings.pose_rate = 6.0f;
+    CHECK_OK(rlv_crowd_model_info(model, &info));
+    CHECK_OK(rlv_crowd_model_refit(model, "crowd_arm.gltf", NULL, 0, &settings, cancel, &calls, &report, &made));
+    CHECK(calls < 1 << 20 && report.grown_groups == 0 && report.growth == 1.0 && report.is_rebuild_due == 0);
+    CHECK_OK(rlv_crowd_model_info(made, &other));
+    CHECK(memcmp(&info, &other, sizeof info) == 0);
+    CHECK_OK(rlv_crowd_model_release(made));
+
+    write_arm(0.05);
+    CHECK_OK(rlv_crowd_model_refit(model, "crowd_arm.gltf", NULL, 0, &settings, NULL, NULL, &report, &made));
+    CHECK(report.grown_groups > info.group_count / 2 && report.grown_groups <= info.group_count);
+    CHECK(report.growth >= 1.5 && report.is_rebuild_due == 1);
+    CHECK_OK(rlv_crowd_model_info(made, &other));
+    CHECK(other.cluster_count == info.cluster_count && other.triangle_count == info.triangle_count);
+    CHECK(other.largest_error > info.largest_error && other.pose_count == 6);
+    CHECK_OK(rlv_job_crowd_refit(model, "crowd_arm.gltf", NULL, 0, &settings, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_crowd_refit_report(job, &again));
+    CHECK(memcmp(&report, &again, sizeof report) == 0);
+    CHECK_OK(rlv_job_crowd_model(job, &same));
+    CHECK_OK(rlv_crowd_model_info(same, &info));
+    CHECK(memcmp(&info, &other, sizeof info) == 0);
+    CHECK_OK(rlv_job_release(job));
+    CHECK_OK(rlv_crowd_model_release(same));
+    CHECK_OK(rlv_crowd_model_release(made));
+
+    FILE *text = fopen("crowd_other.obj", "w");
+    CHECK(text != NULL && fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n", text) >= 0);
+    CHECK(fclose(text) == 0);
+    calls = 1;
+    same.id = 77;
+    CHECK_FAILS(RLV_ERROR_CANCELLED, rlv_crowd_model_refit(model, "crowd_arm.gltf", NULL, 0, &settings, cancel, &calls, NULL, &same), "");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_refit(model, "crowd_other.obj", NULL, 0, NULL, NULL, NULL, NULL, &same), "other triangles");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_refit(model, NULL, NULL, 0, NULL, NULL, NULL, NULL, &same), "path");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_refit(model, "crowd_arm.gltf", NULL, 0, NULL, NULL, NULL, NULL, NULL), "out");
+    report.struct_size = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_refit(model, "crowd_arm.gltf", NULL, 0, NULL, NULL, NULL, &report, &same), "struct_size");
+    CHECK(same.id == 77);
+    CHECK_OK(rlv_job_crowd(context, "crowd_other.obj", NULL, 0, NULL, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_crowd_refit_report(job, &again), "was not started for refitting a crowd model");
+    CHECK_OK(rlv_job_release(job));
+    write_arm(0.01);
 }
 
 /* Vertices are those of the file, clusters follow one another, and meshes have the triangles of their clusters. */
@@ -584,9 +637,10 @@ static void check_refusals(RlvContext context, RlvCrowdModel model) {
 int main(void) {
     RlvContext context = RLV_NULL;
     CHECK_OK(rlv_context_create(NULL, &context));
-    write_arm();
+    write_arm(0.01);
     RlvCrowdModel model = build(context);
     check_models(context, model);
+    check_refits(context, model);
     check_parts(model);
     check_draws(context, model);
     check_weights(context, model);

@@ -460,6 +460,11 @@ int main() {
     const auto modelling = relievo::Job::crowd(context, "wrapper_crowd.obj");
     modelling.wait();
     CHECK(modelling.crowd_model().clusters().size() == model.clusters().size());
+    const auto refitted = model.refit("wrapper_crowd.obj");
+    CHECK(refitted.report.growth == 1.0 && refitted.report.is_rebuild_due == 0);
+    CHECK(refitted.model.triangles() == model.triangles() && refitted.model.get().id != model.get().id);
+    const auto refitting = relievo::Job::refit(model, "wrapper_crowd.obj");
+    CHECK(refitting.take().triangles() == model.triangles() && refitting.crowd_refit_report().grown_groups == 0);
     auto crowd = relievo::Crowd::create(context, {model});
     RlvCrowdAgent agent{};
     agent.transform[0] = agent.transform[4] = agent.transform[8] = 1.0;

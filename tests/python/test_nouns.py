@@ -1140,12 +1140,15 @@ class Crowds(unittest.TestCase):
         self.context = rl.Context(threads=1)
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
+        self.path = Path(self.folder.name) / "waves.obj"
+        self.write(0.1)
+
+    def write(self, height):
         points, corners, uvs = shapes.grid(20)
         points = numpy.array(points, numpy.float32)
-        points[:, 2] = 0.1 * numpy.sin(7 * points[:, 0]) * numpy.cos(5 * points[:, 1])
+        points[:, 2] = height * numpy.sin(7 * points[:, 0]) * numpy.cos(5 * points[:, 1])
         mesh = rl.Mesh(self.context, points, corners, 4)
         mesh.add_attribute("uv", uvs, "corner", indices=corners)
-        self.path = Path(self.folder.name) / "waves.obj"
         mesh.write(self.path)
 
     def test_a_model_is_built_written_read_and_meshed(self):
@@ -1183,6 +1186,28 @@ class Crowds(unittest.TestCase):
             rl.CrowdModel.build(self.context, self.path, progress=lambda fraction, stage: False)
         with self.assertRaisesRegex(rl.Invalid, "colors"):
             model.vertices("colors")
+
+    def test_a_model_that_was_sculpted_is_refitted(self):
+        model = rl.CrowdModel.build(self.context, self.path, cluster_triangles=40)
+        same, report = model.refit(self.path)
+        self.assertEqual((report.grown_groups, report.growth, report.is_rebuild_due), (0, 1.0, 0))
+        self.assertEqual(same.info, model.info)
+        self.write(0.5)
+        stages = []
+        made, report = model.refit(self.path, progress=lambda fraction, stage: stages.append(stage))
+        self.assertIn("measure", stages)
+        self.assertGreater(report.grown_groups, model.info.group_count // 2)
+        self.assertTrue(report.growth >= 1.5 and report.is_rebuild_due == 1)
+        self.assertGreater(made.info.largest_error, model.info.largest_error)
+        numpy.testing.assert_array_equal(made.triangles()[0], model.triangles()[0])
+        started = job.refit_crowd_model(model, self.path)
+        started.wait()
+        again, told = started.result()
+        self.assertEqual((again.info, told), (made.info, report))
+        with self.assertRaises(rl.Cancelled):
+            model.refit(self.path, progress=lambda fraction, stage: False)
+        with self.assertRaisesRegex(rl.Invalid, "pose_rate"):
+            model.refit(self.path, pose_rate=-1)
 
     def test_agents_are_cut_into_draws(self):
         model = rl.CrowdModel.build(self.context, self.path, cluster_triangles=40)

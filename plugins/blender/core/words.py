@@ -56,6 +56,14 @@ SENTENCES = {
         "What presses reaches too far beyond what it dents",
         "cut it down, or make both closer in size",
     ),
+    "the file has other triangles or vertices than the crowd model": (
+        "The meshes have other faces or vertices than the crowd model",
+        "use Build crowd model",
+    ),
+    "vertex # is no longer at the place of a vertex that it was joined to": (
+        "Vertices of the meshes that were at one place are apart",
+        "use Build crowd model",
+    ),
     "the format of the file is not known": (
         "{place}: the file is damaged, or of another kind",
         "make it again, or choose another one",

@@ -210,35 +210,64 @@ class Operator(job.Steps):
         return context.mode == "OBJECT" and active is not None and active.type == "ARMATURE"
 
 
-class RELIEVO_OT_crowd_build(Operator, bpy.types.Operator):
-    """Build a crowd model of the active armature, the meshes that it deforms, and its actions"""
+class Modelling(Operator):
+    """An operator that makes a crowd model of the active armature, beside those that it had."""
 
-    bl_idname = "relievo.crowd_build"
-    bl_label = "Build crowd model"
+    def make(self, target, source):
+        """Returns what makes the model of a glTF file, with a report, on a thread."""
+        raise NotImplementedError
 
     def steps(self, context):
         target = context.active_object
         parts = parts_of(target)
         if not parts:
             raise Refused(f"{target.name} deforms no mesh")
-        path, rate = f"{cache.new(target)}.rcrowd", context.scene.render.fps / context.scene.render.fps_base
         made = []
         with tempfile.TemporaryDirectory() as folder:
             source = os.path.join(folder, "character.glb")
             export(target, parts, source)
             native.context()
+            make, rate = self.make(target, source), context.scene.render.fps / context.scene.render.fps_base
+            path = f"{cache.new(target)}.rcrowd"
 
             def work(progress):
-                with rl.CrowdModel.build(native.context(), source, progress=progress, pose_rate=rate) as model:
+                model, report = make(progress=progress, pose_rate=rate)
+                with model:
                     model.write(path)
-                    made.append(model.info)
+                    made.extend((model.info, report))
 
             yield 0.0, 1.0, work
         options = target.relievo_crowd
         options.path, options.stamp = cache.relative(path), os.path.basename(path)
-        info = made[0]
+        info, report = made
         options.report = f"{info.input_triangles:,} triangles, {info.clip_count} actions, {info.pose_count} poses"
+        if report is not None and report.is_rebuild_due:
+            more = f"Far instances have up to {report.growth:.1f} times as many triangles: Build crowd model gives them fewer"
+            self.report({"WARNING"}, more)
         self.report({"INFO"}, options.report)
+
+
+class RELIEVO_OT_crowd_build(Modelling, bpy.types.Operator):
+    """Build a crowd model of the active armature, the meshes that it deforms, and its actions"""
+
+    bl_idname = "relievo.crowd_build"
+    bl_label = "Build crowd model"
+
+    def make(self, target, source):
+        return lambda **given: (rl.CrowdModel.build(native.context(), source, **given), None)
+
+
+class RELIEVO_OT_crowd_refit(Modelling, bpy.types.Operator):
+    """Give the crowd model the places of vertices and the actions that there are now, which is faster than a build"""
+
+    bl_idname = "relievo.crowd_refit"
+    bl_label = "Refit crowd model"
+
+    def make(self, target, source):
+        before = model_of(target)
+        if before is None:
+            raise Refused(f"{target.name} has no crowd model; build it first")
+        return lambda **given: before.refit(source, **given)
 
 
 class RELIEVO_OT_crowd_show(Operator, bpy.types.Operator):
@@ -284,7 +313,7 @@ class RelievoCrowd(bpy.types.PropertyGroup):
     is_shown: bpy.props.BoolProperty()
 
 
-CLASSES = [RelievoCrowd, RELIEVO_OT_crowd_build, RELIEVO_OT_crowd_show, RELIEVO_OT_crowd_clear]
+CLASSES = [RelievoCrowd, RELIEVO_OT_crowd_build, RELIEVO_OT_crowd_refit, RELIEVO_OT_crowd_show, RELIEVO_OT_crowd_clear]
 
 
 @persistent

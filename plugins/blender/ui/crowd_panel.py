@@ -19,6 +19,7 @@ class RELIEVO_PT_crowd(Panel, bpy.types.Panel):
         column.operator("relievo.crowd_build")
         if not options.path:
             return
+        column.operator("relievo.crowd_refit")
         column.label(text=options.report)
         column.prop(options, "pixels")
         column.operator("relievo.crowd_show")

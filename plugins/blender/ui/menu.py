@@ -110,7 +110,7 @@ MENUS = {
         ],
     ),
     "tissue": ("Soft Tissue", [Entry("tissue_estimate"), Entry("tissue_bake"), Entry("tissue_clear")]),
-    "crowd": ("Crowd", [Entry("crowd_build"), Entry("crowd_show"), Entry("crowd_clear")]),
+    "crowd": ("Crowd", [Entry("crowd_build"), Entry("crowd_refit"), Entry("crowd_show"), Entry("crowd_clear")]),
     "decal": (
         "Decal",
         [

@@ -1636,6 +1636,16 @@ class RlvCrowdClipName(Structure):
     ]
 
 
+class RlvCrowdRefitReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("grown_groups", c_uint32),
+        ("growth", c_double),
+        ("is_rebuild_due", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 class RlvCrowdModelInfo(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -3442,6 +3452,7 @@ INIT = {
     RlvColorBufferInfo: (ctypes.sizeof(RlvColorBufferInfo), 0, 0, 0, 0, 0, 0, 0, (0,),),
     RlvColorBufferVulkan: (ctypes.sizeof(RlvColorBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvCrowdBuildSettings: (ctypes.sizeof(RlvCrowdBuildSettings), 0.15, 100, 16, 30.0,),
+    RlvCrowdRefitReport: (ctypes.sizeof(RlvCrowdRefitReport), 0, 0.0, 0, 0,),
     RlvCrowdModelInfo: (ctypes.sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0, 0, (0.0,), (0.0,), 0, 0,),
     RlvCrowdClip: (ctypes.sizeof(RlvCrowdClip), 0, 0.0, (0,),),
     RlvCrowdMaterial: (ctypes.sizeof(RlvCrowdMaterial), (0,),),
@@ -3732,6 +3743,7 @@ FUNCTIONS = {
     "rlv_color_buffer_read": (RlvResult, [("buffer", RlvColorBuffer), ("tile", c_uint32), ("level", c_uint32), ("bytes", c_void_p), ("capacity", c_size_t), ("size", c_size_t_p)]),
     "rlv_crowd_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_crowd_model_build": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvCrowdModel))]),
+    "rlv_crowd_model_refit": (RlvResult, [("model", RlvCrowdModel), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvCrowdRefitReport)), ("out", POINTER(RlvCrowdModel))]),
     "rlv_crowd_model_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvCrowdModel))]),
     "rlv_crowd_model_write": (RlvResult, [("model", RlvCrowdModel), ("path", c_char_p)]),
     "rlv_crowd_model_read_bytes": (RlvResult, [("context", RlvContext), ("bytes", c_uint8_p), ("size", c_size_t), ("out", POINTER(RlvCrowdModel))]),
@@ -4035,6 +4047,7 @@ FUNCTIONS = {
     "rlv_job_decal_on_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvJob))]),
     "rlv_job_decal_on_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvJob))]),
     "rlv_job_crowd": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("out", POINTER(RlvJob))]),
+    "rlv_job_crowd_refit": (RlvResult, [("model", RlvCrowdModel), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("out", POINTER(RlvJob))]),
     "rlv_job_fluid": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("out", POINTER(RlvJob))]),
     "rlv_job_tissue_build": (RlvResult, [("context", RlvContext), ("description", POINTER(RlvTissueDescription)), ("out", POINTER(RlvJob))]),
     "rlv_job_tissue_advance": (RlvResult, [("simulation", RlvTissueSimulation), ("seconds", c_double), ("out", POINTER(RlvJob))]),
@@ -4093,6 +4106,7 @@ FUNCTIONS = {
     "rlv_job_document": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvDocument))]),
     "rlv_job_bytes": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBytes))]),
     "rlv_job_crowd_model": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvCrowdModel))]),
+    "rlv_job_crowd_refit_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvCrowdRefitReport))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
     "rlv_job_fluid_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvFluidReport))]),

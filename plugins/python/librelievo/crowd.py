@@ -89,6 +89,17 @@ class CrowdModel(Handle):
         with watched(progress) as callback:
             return cls.of("rlv_crowd_model_build", held(context, "context"), *given, callback, None)
 
+    def refit(
+        self, path: FilePath, clips: Any = None, progress: Progress | None = None, **settings: Any
+    ) -> tuple[CrowdModel, Any]:
+        """Makes a model with the same clusters of a file that was sculpted or has other clips since. Returns it and
+        `abi.RlvCrowdRefitReport`, which says whether a new build is due."""
+        report = record.empty(abi.RlvCrowdRefitReport)
+        given, _kept = arguments(path, clips, settings)
+        with watched(progress) as callback:
+            made = self.of("rlv_crowd_model_refit", self.handle, *given, callback, None, ctypes.byref(report))
+        return made, record.read(report)
+
     @classmethod
     def read(cls, context: Context, path: FilePath) -> CrowdModel:
         """Reads a model (.rcrowd)."""

@@ -247,6 +247,16 @@ def crowd_model(context: Any, path: Any, clips: Any = None, **settings: Any) -> 
     return made
 
 
+def refit_crowd_model(model: Any, path: Any, clips: Any = None, **settings: Any) -> Any:
+    """Starts `CrowdModel.refit`; the result is the model and the report."""
+    given, kept = crowd_arguments(path, clips, settings)
+    report = _report("rlv_job_crowd_refit_report", abi.RlvCrowdRefitReport)
+    fetch = lambda job: (CrowdModel.of("rlv_job_crowd_model", held(job, "job")), report(job))
+    made = _started(fetch, "rlv_job_crowd_refit", held(model, "model"), *given)
+    del kept
+    return made
+
+
 def advance_tissue(simulation: Any, seconds: Any) -> Any:
     """Starts `TissueSimulation.advance`; there is no result."""
     return _started(lambda job: None, "rlv_job_tissue_advance", held(simulation, "simulation"), seconds)

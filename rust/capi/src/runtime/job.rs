@@ -33,7 +33,9 @@ use crate::levels::simplify::{RlvSimplifyOptions, Simplification};
 use crate::runtime::bytes::RlvBytes;
 use crate::runtime::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
 use crate::runtime::error::{RLV_OK, RlvResult, result_of};
-use crate::scenery::crowd::{self, CrowdBuild, RlvCrowdBuildSettings, RlvCrowdClipName, RlvCrowdModel};
+use crate::scenery::crowd::{
+    self, CrowdBuild, CrowdRefit, RlvCrowdBuildSettings, RlvCrowdClipName, RlvCrowdModel, RlvCrowdRefitReport,
+};
 use crate::scenery::picture::{self, RlvPicture};
 use crate::simulation::client::{ClientJob, RlvClient, RlvClientFetch, RlvClientScene, RlvClientStatus};
 use crate::simulation::fluid::{RlvFluid, RlvFluidReport};
@@ -605,8 +607,29 @@ entry! {
     ) {
         present("out", out)?;
         // SAFETY: the caller gives NUL-terminated texts, and NULL or a descriptor that starts with its size.
-        let build = unsafe { CrowdBuild::read(context, path, clips, clip_count, settings) }?;
-        let job = start(&build.context().clone(), RLV_JOB_KIND_CROWD_MODEL, move |progress| build.run(progress).map(Product::Crowd))?;
+        let build = unsafe { CrowdBuild::read(registry::get(context)?, path, clips, clip_count, settings) }?;
+        let job = start(&build.context().clone(), RLV_JOB_KIND_CROWD_MODEL, move |progress| {
+            build.run(progress).map(|model| Product::Crowd(model, None))
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_crowd_refit(
+        model: RlvCrowdModel,
+        path: *const c_char,
+        clips: *const RlvCrowdClipName,
+        clip_count: usize,
+        settings: *const RlvCrowdBuildSettings,
+        out: *mut RlvJob,
+    ) {
+        present("out", out)?;
+        // SAFETY: the caller gives NUL-terminated texts, and NULL or a descriptor that starts with its size.
+        let refit = unsafe { CrowdRefit::read(model, path, clips, clip_count, settings) }?;
+        let job = start(&refit.context().clone(), RLV_JOB_KIND_CROWD_MODEL, move |progress| {
+            refit.run(progress).map(|(model, report)| Product::Crowd(model, Some(report)))
+        })?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
         Ok(())
@@ -737,7 +760,14 @@ entry! {
 
     fn rlv_job_crowd_model_read(context: RlvContext, path: *const c_char, out: *mut RlvJob) {
         // SAFETY: the caller gives what the header demands.
-        unsafe { launch(out, RLV_JOB_KIND_CROWD_MODEL, Product::Crowd, || crowd::reading(context, path)) }
+        unsafe {
+            launch(
+                out,
+                RLV_JOB_KIND_CROWD_MODEL,
+                |model| Product::Crowd(model, None),
+                || crowd::reading(context, path),
+            )
+        }
     }
 
     fn rlv_job_crowd_model_write(model: RlvCrowdModel, path: *const c_char, out: *mut RlvJob) {
@@ -970,6 +1000,15 @@ entry! {
     fn rlv_job_crowd_model(job: RlvJob, out: *mut RlvCrowdModel) {
         // SAFETY: the caller gives NULL or room for a handle.
         unsafe { give(job, out, "a crowd model", taken!(Crowd)) }
+    }
+
+    fn rlv_job_crowd_refit_report(job: RlvJob, out: *mut RlvCrowdRefitReport) {
+        let find = |product: &Product| match product {
+            Product::Crowd(_, report) => *report,
+            _ => None,
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { describe(job, out, "refitting a crowd model", find) }
     }
 
     fn rlv_job_imprint_report(job: RlvJob, out: *mut RlvImprintReport) {

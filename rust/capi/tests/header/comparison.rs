@@ -478,6 +478,7 @@ layout!(RlvCrowdModel: 8, 8);
 layout!(RlvCrowd: 8, 8);
 layout!(RlvCrowdBuildSettings: 20, 4);
 layout!(RlvCrowdClipName: 8, 8);
+layout!(RlvCrowdRefitReport: 24, 8);
 layout!(RlvCrowdModelInfo: 96, 8);
 layout!(RlvCrowdClip: 60, 4);
 layout!(RlvCrowdMaterial: 260, 4);
@@ -498,6 +499,7 @@ layout!(RlvCrowdTexel: 20, 4);
 layout!(RlvCrowdImpostors: 72, 8);
 function!(rlv_crowd_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
 function!(rlv_crowd_model_build: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, RlvProgress, *mut c_void, *mut RlvCrowdModel) -> RlvResult);
+function!(rlv_crowd_model_refit: unsafe extern "C" fn(RlvCrowdModel, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, RlvProgress, *mut c_void, *mut RlvCrowdRefitReport, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_write: unsafe extern "C" fn(RlvCrowdModel, *const c_char) -> RlvResult);
 function!(rlv_crowd_model_read_bytes: unsafe extern "C" fn(RlvContext, *const u8, usize, *mut RlvCrowdModel) -> RlvResult);
@@ -1030,6 +1032,7 @@ function!(rlv_job_grid_mesh: unsafe extern "C" fn(RlvGrid, *const RlvGridSetting
 function!(rlv_job_decal_on_mesh: unsafe extern "C" fn(RlvMesh, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, *mut RlvJob) -> RlvResult);
 function!(rlv_job_decal_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, *mut RlvJob) -> RlvResult);
 function!(rlv_job_crowd: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, *mut RlvJob) -> RlvResult);
+function!(rlv_job_crowd_refit: unsafe extern "C" fn(RlvCrowdModel, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, *mut RlvJob) -> RlvResult);
 function!(rlv_job_fluid: unsafe extern "C" fn(RlvFluid, f64, *mut RlvJob) -> RlvResult);
 function!(rlv_job_tissue_build: unsafe extern "C" fn(RlvContext, *const RlvTissueDescription, *mut RlvJob) -> RlvResult);
 function!(rlv_job_tissue_advance: unsafe extern "C" fn(RlvTissueSimulation, f64, *mut RlvJob) -> RlvResult);
@@ -1089,6 +1092,7 @@ function!(rlv_job_picture: unsafe extern "C" fn(RlvJob, *mut RlvPicture) -> RlvR
 function!(rlv_job_document: unsafe extern "C" fn(RlvJob, *mut RlvDocument) -> RlvResult);
 function!(rlv_job_bytes: unsafe extern "C" fn(RlvJob, *mut RlvBytes) -> RlvResult);
 function!(rlv_job_crowd_model: unsafe extern "C" fn(RlvJob, *mut RlvCrowdModel) -> RlvResult);
+function!(rlv_job_crowd_refit_report: unsafe extern "C" fn(RlvJob, *mut RlvCrowdRefitReport) -> RlvResult);
 function!(rlv_job_imprint_report: unsafe extern "C" fn(RlvJob, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) -> RlvResult);
 function!(rlv_job_fluid_report: unsafe extern "C" fn(RlvJob, *mut RlvFluidReport) -> RlvResult);
@@ -1981,6 +1985,13 @@ pub fn offsets(list: &mut Offsets) {
     });
     fields!(list, RlvCrowdClipName {
         name: *const c_char = 0,
+    });
+    fields!(list, RlvCrowdRefitReport {
+        struct_size: u32 = 0,
+        grown_groups: u32 = 4,
+        growth: f64 = 8,
+        is_rebuild_due: u32 = 16,
+        reserved: u32 = 20,
     });
     fields!(list, RlvCrowdModelInfo {
         struct_size: u32 = 0,
@@ -3492,6 +3503,12 @@ pub const INITIAL: &[Initial] = &[
         ("uint32_t group_clusters", 16.0),
         ("float pose_rate", 30.0),
     ] },
+    Initial { header: "crowd.h", name: "RlvCrowdRefitReport", initializer: "RLV_CROWD_REFIT_REPORT_INIT", fields: &[
+        ("uint32_t grown_groups", 0.0),
+        ("double growth", 0.0),
+        ("uint32_t is_rebuild_due", 0.0),
+        ("uint32_t reserved", 0.0),
+    ] },
     Initial { header: "crowd.h", name: "RlvCrowdFrame", initializer: "RLV_CROWD_FRAME_INIT", fields: &[
         ("uint32_t agent_count", 0.0),
         ("uint32_t draw_count", 0.0),
@@ -3996,6 +4013,7 @@ pub const NAMES: &[&str] = &[
     "RLV_CROWD_MATERIAL_INIT",
     "RLV_CROWD_MODEL_INFO_INIT",
     "RLV_CROWD_PICTURE_SIDE",
+    "RLV_CROWD_REFIT_REPORT_INIT",
     "RLV_CROWD_VERTICES_INIT",
     "RLV_CROWD_VIEW_INIT",
     "RLV_CURVE_ANGLE",

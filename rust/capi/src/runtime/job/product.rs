@@ -17,7 +17,7 @@ use crate::details::decal::RlvDecal;
 use crate::details::document::{RlvDocument, RlvTransferReport};
 use crate::levels::progressive::RlvProgressive;
 use crate::runtime::bytes::RlvBytes;
-use crate::scenery::crowd::RlvCrowdModel;
+use crate::scenery::crowd::{RlvCrowdModel, RlvCrowdRefitReport};
 use crate::scenery::picture::RlvPicture;
 use crate::simulation::client::{ClientProduct, RlvClientStatus};
 use crate::simulation::fluid::RlvFluidReport;
@@ -43,8 +43,8 @@ pub enum Product {
     Grid(RlvGrid),
     /// The same of a decal.
     Decal(RlvDecal),
-    /// The same of a crowd model.
-    Crowd(RlvCrowdModel),
+    /// The same of a crowd model, and what changed if it was refitted.
+    Crowd(RlvCrowdModel, Option<RlvCrowdRefitReport>),
     /// A mesh as above, and the report on its repair.
     Repaired(RlvMesh, Box<RlvRepairReport>),
     Imprint(Report),
@@ -86,7 +86,7 @@ impl Product {
             Self::Progressive(_) => RLV_JOB_KIND_PROGRESSIVE,
             Self::Grid(_) => RLV_JOB_KIND_GRID,
             Self::Decal(_) => RLV_JOB_KIND_DECAL,
-            Self::Crowd(_) => RLV_JOB_KIND_CROWD_MODEL,
+            Self::Crowd(..) => RLV_JOB_KIND_CROWD_MODEL,
             Self::Tissue(..) => RLV_JOB_KIND_TISSUE,
             Self::Particles(_) => RLV_JOB_KIND_PARTICLES,
             Self::Surface(_) => RLV_JOB_KIND_SURFACE,
@@ -135,7 +135,7 @@ impl Drop for Product {
             Self::Decal(decal) => registry::release(*decal),
             Self::Tissue(tissue, _) => registry::release(*tissue),
             Self::Particles(particles) => registry::release(*particles),
-            Self::Crowd(model) => registry::release(*model),
+            Self::Crowd(model, _) => registry::release(*model),
             Self::Surface(surface) => registry::release(*surface),
             Self::Caster(caster) => registry::release(*caster),
             Self::Procedural(procedural) => registry::release(*procedural),
