@@ -233,6 +233,9 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
         line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
     };
     assert_eq!(export("full.ply", &[]), TRIANGLES);
+    let json = read(at, &["crowd", "export", "both.rcrowd", "-o", "half.obj", "--error-relative", "0.02", "--json"]);
+    assert_eq!((json["input_triangles"].as_u64(), json["output"].as_str()), (Some(TRIANGLES), Some("half.obj")));
+    assert!(json["triangles"].as_u64() < Some(TRIANGLES / 2) && json["error"].as_f64() > Some(0.0), "{json}");
     let few = export("far.glb", &["--error-relative", "0.02", "--clip", "nod", "--time", "0.5"]);
     assert!(few > 0 && few < TRIANGLES / 3, "{few}");
     assert!(at.join("far.glb").exists());
@@ -379,6 +382,21 @@ fn levels_of_detail_are_written_for_other_engines() {
     assert_eq!(file["scenes"][0]["nodes"], json!([0, 3, 4]));
     assert_eq!(file["animations"].as_array().unwrap().len(), 2);
     fails(at, &["crowd", "export", "arm.rcrowd", "-o", "levels.ply", "--levels", "3"], ".glb");
+
+    let export = ["crowd", "export", "arm.rcrowd", "-o", "each.glb", "--levels", "3", "--json"];
+    let (together, each) = (read(at, &export), read(at, &[&export[..], &["--separate"]].concat()));
+    let outputs = |value: &Value| -> Vec<String> {
+        value["levels"].as_array().unwrap().iter().map(|level| level["output"].as_str().unwrap().to_owned()).collect()
+    };
+    assert_eq!(outputs(&together), ["each.glb"; 3]);
+    assert_eq!(outputs(&each), ["each_LOD0.glb", "each_LOD1.glb", "each_LOD2.glb"]);
+    for (level, output) in outputs(&each).iter().enumerate() {
+        let [one, other] = [&together, &each].map(|value| value["levels"][level]["triangles"].as_u64());
+        assert_eq!(one, other);
+        let about = read(at, &["info", output, "--json"]);
+        assert_eq!(about["faces"].as_u64(), one, "{about}");
+    }
+    fails(at, &["crowd", "export", "arm.rcrowd", "-o", "a.glb", "--separate"], "--levels");
     fails(at, &["crowd", "export", "arm.rcrowd", "-o", "levels.glb", "--levels", "3", "--error", "1"], "--error");
 }
 

@@ -1,10 +1,11 @@
-//! Levels of detail as glTF, for engines without this library: one skinned mesh for each level, by the extension MSFT_lod.
+//! Levels of detail as glTF, for engines without this library: one skinned mesh for each level, by the extension MSFT_lod or
+//! in files of their own.
 
 use std::f64::consts::PI;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
+use relievo_core::{Attribute, Domain, Error, Mesh, Progress, Result, Values};
 use relievo_meshio::{Joint, JointClip, Levels, write_glb_levels};
 
 use crate::clip::BoneMatrix;
@@ -17,9 +18,23 @@ const RATIO: f64 = 0.25;
 /// Pixels of the screen that coverages are computed for.
 const SCREEN: [f64; 2] = [1920.0, 1080.0];
 
+/// What levels of detail are written, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelSettings {
+    /// Levels at most, 1 to [`MOST_LEVELS`].
+    pub count: u32,
+    /// Error that may be seen, in pixels of a screen of 1920 × 1080, above 0.
+    pub pixels: f64,
+    /// Whether each level has a file of its own, without the extension MSFT_lod: of `robot.glb` they are `robot_LOD0.glb` and
+    /// so on.
+    pub is_separate: bool,
+}
+
 /// What an export wrote.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exported {
+    /// The file that has all levels, or the file of every level.
+    pub files: Vec<PathBuf>,
     /// The error of every level, in units of the model, and its triangles; the finest first.
     pub levels: Vec<(f32, u64)>,
     /// Bones that are sheared in some pose, which glTF cannot say.
@@ -50,18 +65,22 @@ impl CrowdModel {
         levels
     }
 
-    /// Writes up to `count` levels of detail as GLB with the extension MSFT_lod, skinned, with all clips. A level is shown
-    /// where its error covers at most `pixels` of a screen of 1920 × 1080. Clips end with their first pose, so that they
-    /// repeat. Morph targets keep the weights of the first pose.
+    /// Writes levels of detail as GLB, skinned, with all clips. With the extension MSFT_lod a level is shown where its error
+    /// covers at most so many pixels. Clips end with their first pose, so that they repeat. Morph targets keep the weights of
+    /// the first pose.
     ///
     /// # Errors
-    /// A number is out of range, or the file cannot be written.
-    pub fn save_levels(&self, path: &Path, count: u32, pixels: f64) -> Result<Exported> {
+    /// A number is out of range, a file cannot be written (files of finer levels are there then), or `progress` asks to
+    /// stop.
+    pub fn save_levels(&self, path: &Path, settings: &LevelSettings, progress: &mut dyn Progress) -> Result<Exported> {
+        let LevelSettings { count, pixels, is_separate } = *settings;
         if !(1..=MOST_LEVELS).contains(&count) || !(pixels > 0.0 && pixels.is_finite()) {
             return Err(Error::invalid(format!("{count} levels of {pixels} pixels"))
                 .advise(format!("give 1 to {MOST_LEVELS} levels and an error above 0 pixels")));
         }
+        progress.step(0.0, "cut levels")?;
         let levels = self.levels(count);
+        progress.step(0.3, "gather levels")?;
         let meshes: Vec<Mesh> = levels.iter().map(|(_, clusters)| self.skinned_mesh(clusters)).collect();
         let radius = 0.5 * f64::from(self.size());
         let coverage = |error: f32| {
@@ -92,19 +111,32 @@ impl CrowdModel {
                 JointClip { name: &clip.name, times, places: places.map(Iterator::collect).collect() }
             })
             .collect();
-        let sheared = write_glb_levels(
-            path,
-            &Levels {
-                name: "model",
-                meshes: &meshes,
-                coverages: &coverages,
-                materials: &self.character.material_names,
-                joints: &joints,
-                clips: &clips,
-            },
-        )?;
+        let whole = Levels {
+            name: "model",
+            meshes: &meshes,
+            coverages: &coverages,
+            materials: &self.character.material_names,
+            joints: &joints,
+            clips: &clips,
+        };
         let triangles = |(error, clusters): &(f32, Vec<u32>)| (*error, self.triangle_count(clusters));
-        Ok(Exported { levels: levels.iter().map(triangles).collect(), sheared })
+        let mut made = Exported { levels: levels.iter().map(triangles).collect(), ..Exported::default() };
+        let parts: Vec<(PathBuf, Levels)> = if is_separate {
+            // The coarser levels of other files are not known there.
+            let alone = |(level, mesh)| {
+                (level_path(path, level), Levels { meshes: std::slice::from_ref(mesh), coverages: &[0.0], ..whole })
+            };
+            meshes.iter().enumerate().map(alone).collect()
+        } else {
+            vec![(path.to_owned(), whole)]
+        };
+        for (number, (path, part)) in parts.iter().enumerate() {
+            progress.step(0.5 + 0.5 * number as f32 / parts.len() as f32, "write levels")?;
+            made.sheared = write_glb_levels(path, part)?;
+            made.files.push(path.clone());
+        }
+        progress.report(1.0, "write levels");
+        Ok(made)
     }
 
     /// Makes a mesh of clusters at binding, with the point attributes `joints` and `weights`.
@@ -124,6 +156,13 @@ impl CrowdModel {
         }
         mesh
     }
+}
+
+/// Returns the path of the file of a level beside that of all levels.
+fn level_path(path: &Path, level: usize) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("_LOD{level}.glb"));
+    path.with_file_name(name)
 }
 
 /// Returns the map of a bone in double precision.

@@ -47,7 +47,7 @@ pub use device::{
     Look,
 };
 pub use draws::{Draw, DrawList, Instance};
-pub use export::{Exported, MOST_LEVELS};
+pub use export::{Exported, LevelSettings, MOST_LEVELS};
 pub use file::Reader;
 pub use geomorph::Collapse;
 pub use hierarchy::{BuildSettings, Cluster, CrowdModel, Group, NONE, Report};

@@ -2,16 +2,20 @@
 
 use glam::Vec3;
 use relievo_core::Context;
-use relievo_crowd::{Blend, skin};
+use relievo_core::progress::Silent;
+use relievo_crowd::{Blend, LevelSettings, skin};
+use relievo_meshio::Model;
 
 use crate::arm::built;
+
+const SETTINGS: LevelSettings = LevelSettings { count: 4, pixels: 0.5, is_separate: false };
 
 #[test]
 fn levels_are_skinned_and_play_the_clips() {
     let (context, model) = (Context::serial(), built(40, 20));
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("levels.glb");
-    let exported = model.save_levels(&path, 4, 0.5).unwrap();
+    let exported = model.save_levels(&path, &SETTINGS, &mut Silent).unwrap();
     assert_eq!((exported.levels.len(), exported.sheared), (4, 0));
     assert_eq!(exported.levels[0], (0.0, u64::from(model.input_triangles)));
     for pair in exported.levels.windows(2) {
@@ -48,6 +52,35 @@ fn levels_are_skinned_and_play_the_clips() {
             assert!(off < 1e-4, "pose {frame}, vertex {vertex}: {off}");
         }
     }
-    assert!(model.save_levels(&path, 0, 0.5).is_err());
-    assert!(model.save_levels(&path, 2, f64::NAN).is_err());
+    for wrong in [LevelSettings { count: 0, ..SETTINGS }, LevelSettings { pixels: f64::NAN, ..SETTINGS }] {
+        assert!(model.save_levels(&path, &wrong, &mut Silent).is_err());
+    }
+}
+
+#[test]
+fn each_level_may_have_a_file_of_its_own() {
+    let (context, model) = (Context::serial(), built(40, 20));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm.glb");
+    let together = model.save_levels(&path, &SETTINGS, &mut Silent).unwrap();
+    let whole = relievo_meshio::read_model(&context, &path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    let settings = LevelSettings { is_separate: true, ..SETTINGS };
+    let exported = model.save_levels(&path, &settings, &mut Silent).unwrap();
+    let names = ["arm_LOD0.glb", "arm_LOD1.glb", "arm_LOD2.glb", "arm_LOD3.glb"];
+    assert_eq!(exported.files, names.map(|name| folder.path().join(name)));
+    assert_eq!(exported.levels, together.levels);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
+    for (level, (path, (_, triangles))) in exported.files.iter().zip(&exported.levels).enumerate() {
+        assert_eq!(gltf::Gltf::open(path).unwrap().extensions_used().count(), 0);
+        let source = relievo_meshio::read_model(&context, path).unwrap();
+        let shown: Vec<usize> = source.meshes.iter().map(|part| part.mesh.face_count()).collect();
+        assert_eq!(shown, [*triangles as usize], "level {level}");
+        // Nodes have other numbers where there are fewer meshes.
+        let curves = |model: &Model| -> Vec<(Vec<f32>, Vec<f32>)> {
+            let channels = model.animations.iter().flat_map(|animation| &animation.channels);
+            channels.map(|channel| (channel.times.clone(), channel.values.clone())).collect()
+        };
+        assert_eq!((source.skins.len(), curves(&source)), (1, curves(&whole)));
+    }
 }
