@@ -8,7 +8,7 @@
 
 #include "ball.h"
 
-enum { TILES = 16, SIDE = 8, PLACES = TILES * SIDE * SIDE };
+enum { TILES = 16, SIDE = 8, PLACES = TILES * SIDE * SIDE, AGENTS = 20, DRAWS = 1000 };
 
 /* What calls of several kinds result in. */
 typedef struct Results {
@@ -16,7 +16,43 @@ typedef struct Results {
     float points[3 * 200];
     size_t count;
     float error;
+    RlvCrowdModelInfo model;
+    RlvCrowdFrame frame;
+    RlvCrowdDraw draws[DRAWS];
+    float blends[DRAWS];
 } Results;
+
+/* A crowd of balls from near to far, by a file of one. */
+static void fill_crowd(RlvContext context, const char *path, Results *results) {
+    RlvCrowdModel model = RLV_NULL;
+    RlvCrowd crowd = RLV_NULL;
+    RlvCrowdAgent agents[AGENTS];
+    RlvCrowdView view = RLV_CROWD_VIEW_INIT;
+    RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+    const RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT;
+    const RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
+    CHECK_OK(rlv_crowd_model_build(context, path, NULL, 0, NULL, NULL, NULL, &model));
+    results->model = info;
+    CHECK_OK(rlv_crowd_model_info(model, &results->model));
+    CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));
+    for (int agent = 0; agent < AGENTS; ++agent) {
+        const RlvCrowdAgent it = {0, 0, 0.0, {1, 0, 0, 0, 1, 0, 0, 0, 1, agent % 2 ? 1 : -1, 0, -3 * agent - 4}};
+        agents[agent] = it;
+    }
+    CHECK_OK(rlv_crowd_add(crowd, agents, AGENTS, 0, NULL));
+    view.width = view.height = 300;
+    view.geomorph = view.occlusion = 1;
+    view.tolerance = 1.5f;
+    results->frame = frame;
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &results->frame));
+    CHECK(results->frame.draw_count <= DRAWS);
+    buffers.draws = results->draws;
+    buffers.blends = results->blends;
+    buffers.draw_capacity = DRAWS;
+    CHECK_OK(rlv_crowd_get(crowd, &buffers));
+    CHECK_OK(rlv_crowd_release(crowd));
+    CHECK_OK(rlv_crowd_model_release(model));
+}
 
 /* The meshes are made before settings change: their points are the host's own arithmetic. */
 static void fill(RlvContext context, RlvMesh sheet, RlvMesh ball, Results *results) {
@@ -66,7 +102,12 @@ int main(void) {
     RlvContext context = RLV_NULL;
     CHECK_OK(rlv_context_create(NULL, &context));
     RlvMesh sheet = check_plane(context, 4, 4), ball = check_ball(context, 1.0);
+    RlvMesh small = check_ball_of(context, 1.0, 20, 30);
+    CHECK_OK(rlv_mesh_write(small, "arithmetic_ball.obj"));
+    CHECK_OK(rlv_mesh_release(small));
     fill(context, sheet, ball, &plain);
+    fill_crowd(context, "arithmetic_ball.obj", &plain);
+    CHECK(plain.frame.draw_count > AGENTS && plain.blends[0] > 0.0f && plain.blends[0] < 1.0f);
     float deepest = 0.0f;
     for (int place = 0; place < PLACES; ++place) {
         deepest = fminf(deepest, plain.displacements[place]);
@@ -82,6 +123,7 @@ int main(void) {
     CHECK(are_trapping);
 #endif
     fill(context, sheet, ball, &strict);
+    fill_crowd(context, "arithmetic_ball.obj", &strict);
     CHECK(fegetround() == FE_TOWARDZERO);
     CHECK(!are_trapping || fegetexcept() == traps);
 #if defined(__x86_64__)
@@ -89,6 +131,7 @@ int main(void) {
 #endif
     fedisableexcept(traps);
     CHECK(memcmp(&plain, &strict, sizeof plain) == 0);
+    CHECK(remove("arithmetic_ball.obj") == 0);
     CHECK_OK(rlv_mesh_release(ball));
     CHECK_OK(rlv_mesh_release(sheet));
     CHECK_OK(rlv_context_release(context));
