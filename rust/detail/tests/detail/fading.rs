@@ -4,12 +4,12 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec4};
-use relievo_core::{Context, ContextOptions, Mesh, Result};
+use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_detail::{
     Action, Brush, Dab, DabReport, DisplacedObject, FadingObject, Falloff, History, LayeredObject, PaintMode, Recorded,
     SculptMode, TriangleObject,
 };
-use relievo_document::{Document, Kind, PageFile, PageStore, Settings};
+use relievo_document::{Document, Kind, PageFile, Settings};
 use relievo_surface::{Surface, SurfaceOptions, TriangleSurface};
 use relievo_testing::{Random, grid};
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
@@ -445,17 +445,17 @@ fn oldest_are_lost<O: Subject>() {
 
 #[test]
 fn tiles_of_layers_that_fade_page_before_any_is_lost() {
-    paged_first::<DisplacedObject>(DisplacedObject::page_to);
-    paged_first::<TriangleObject>(TriangleObject::page_to);
+    paged_first::<DisplacedObject>();
+    paged_first::<TriangleObject>();
 }
 
-fn paged_first<O: Subject>(page_to: fn(&mut O, Option<Arc<dyn PageStore>>) -> Result<()>) {
+fn paged_first<O: Subject>() {
     let (context, mesh) = (Context::serial(), O::row());
     let budget = O::bare(&context, &mesh, LIMIT).room(Kind::Scalar, 3);
     let made = |budget: u64, file: Option<PageFile>| {
         let mut object = O::bare(&context, &mesh, budget);
         object.set_decay(DECAY, LIMIT).unwrap();
-        page_to(&mut object, file.map(|file| Arc::new(file) as _)).unwrap();
+        object.page_to(file.map(|file| Arc::new(file) as _)).unwrap();
         for (time, number) in [0, 4, 2, 0, 6, 7].into_iter().enumerate() {
             object.advance(&context, 0.5 * time as f64).unwrap();
             assert!(object.dab(&context, &at(number)).refused.is_empty());
@@ -477,6 +477,32 @@ fn paged_first<O: Subject>(page_to: fn(&mut O, Option<Arc<dyn PageStore>>) -> Re
         assert!(small.resident()[0] <= budget, "{time}");
     }
     assert!(small.allocated().is_empty() && stamps(&context, &mesh, &mut small).is_empty());
+}
+
+#[test]
+fn stamps_are_in_order_again_when_an_edit_of_decay_is_undone() {
+    in_order_again::<DisplacedObject>();
+    in_order_again::<TriangleObject>();
+}
+
+fn in_order_again<O: Subject>() {
+    let (context, mesh) = (Context::serial(), O::mesh());
+    let mut object: O = object(&context, &mesh, true);
+    let lowest = object.layers()[0].id;
+    object.set_layer_decay(&context, lowest, Some(DECAY), LIMIT).unwrap();
+    let before = state(&context, &mesh, &mut object);
+    let fading: Vec<u32> =
+        object.layers().iter().map(|layer| layer.id).filter(|id| object.decay(*id).is_some()).collect();
+    assert_eq!(fading.len(), 3);
+    for id in fading {
+        let mut history = History::new(LIMIT);
+        history.begin(&context, &mut object, "stay").unwrap();
+        object.set_layer_decay(&context, id, None, LIMIT).unwrap();
+        assert!(history.end(&context, &mut object).unwrap().is_some_and(|changed| changed.layers));
+        assert!(state(&context, &mesh, &mut object) != before);
+        history.undo(&context, &mut object).unwrap();
+        assert!(state(&context, &mesh, &mut object) == before, "{id}");
+    }
 }
 
 #[test]
