@@ -200,12 +200,12 @@ pub(crate) struct Faded<C: LayerChannel> {
 }
 
 impl<C: LayerChannel> Stack<C> {
-    /// Whether it holds what `kind` does: displacement, or colours of any format.
+    /// Says whether it holds what `kind` does: displacement, or colours of any format.
     fn is_like(&self, kind: Kind) -> bool {
         C::Texel::KIND.is_color() == kind.is_color()
     }
 
-    /// The layers that fade in the order of their stamps in documents: their numbers, decays and texels.
+    /// Returns the layers that fade, in the order of their stamps in documents: their numbers, decays and texels.
     fn fading(&self) -> Vec<(u32, &Faded<C>, &C)> {
         let mut fading: Vec<_> = self.decays().filter_map(|(id, faded, channel)| Some((id, faded?, channel))).collect();
         fading.sort_by_key(|(_, faded, _)| faded.number);
@@ -374,8 +374,8 @@ impl<C: LayerChannel> Stack<C> {
         fading.try_for_each(|(_, faded, channel)| faded.decay.bring(context, channel, time, &[]).map(drop))
     }
 
-    /// The stamps of `tile`, for caches: of the only layer that fades, or of all one after the other, each behind its
-    /// length. `None` without stamps.
+    /// Reads the stamps of `tile`, for caches: of the only layer that fades, or of all one after the other, each behind
+    /// its length. `None` without stamps.
     fn read_stamps(&self, tile: u32) -> Option<Vec<u8>> {
         let fading = self.fading();
         if let [(_, only, _)] = fading[..] {
@@ -481,14 +481,14 @@ pub trait FadingObject: LayeredObject {
         done
     }
 
-    /// Whether edits of any layer fade.
+    /// Says whether edits of any layer fade.
     fn is_fading(&self) -> bool {
         let mut any = false;
         each_stack!(self.stacks(), stack => any |= !stack.fading().is_empty());
         any
     }
 
-    /// When edits of the layer `id` fade; `None` if they stay.
+    /// Says when edits of the layer `id` fade; `None` if they stay.
     fn decay(&self, id: u32) -> Option<DecayOptions> {
         let mut options = None;
         each_stack!(self.stacks(), stack => {
@@ -498,7 +498,7 @@ pub trait FadingObject: LayeredObject {
         options
     }
 
-    /// Bytes of all stamps and the texels they belong to.
+    /// Counts the bytes of all stamps and the texels they belong to.
     fn stamp_bytes(&self) -> u64 {
         let mut bytes = 0;
         each_stack!(self.stacks(), stack => {
@@ -645,7 +645,7 @@ pub(crate) fn add_stamp_states(object: &impl LayeredObject, states: &mut Vec<Lay
     });
 }
 
-/// The numbers that stamps have as layers of documents.
+/// Lists the numbers that stamps have as layers of documents.
 pub(crate) fn stamp_numbers(object: &impl LayeredObject) -> Vec<u32> {
     let mut numbers = Vec::new();
     each_stack!(object.stacks(), stack => numbers.extend(stack.fading().iter().map(|(_, faded, _)| faded.number)));
@@ -677,7 +677,7 @@ pub(crate) fn put_stamps(
 }
 
 /// Takes over the stamps of `document`, whose layers were taken over, and its time, if it has any; `stay` says whether
-/// displacement and colours are those that were there before.
+/// displacement and colours are the same as before.
 #[inline(never)]
 pub(crate) fn find_stamps(
     object: &mut impl LayeredObject,

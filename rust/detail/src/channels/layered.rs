@@ -61,7 +61,7 @@ pub type LayersOf<O> =
     Layers<<O as LayeredObject>::Displacement, <O as LayeredObject>::Paint, <O as LayeredObject>::HalfPaint>;
 
 impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Layers<H, C, W> {
-    /// The layers of an object that has `displacement` and no colours.
+    /// Makes the layers of an object that has `displacement` and no colours.
     pub(crate) fn new(displacement: H) -> Self {
         Self {
             displacement: Stack::new((DISPLACEMENT, "displacement"), displacement, f16::ZERO),
@@ -84,7 +84,7 @@ impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Layers<H, C
         });
     }
 
-    /// The colours of 8 bits and those of half floats, of which an object has one at most.
+    /// Returns the colours of 8 bits and the ones of half floats, of which an object has one at most.
     pub(crate) fn paints(&self) -> (Option<&C>, Option<&W>) {
         match &self.colors {
             None => (None, None),
@@ -102,14 +102,14 @@ impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Layers<H, C
         }
     }
 
-    /// The colours at this moment.
+    /// Returns the colours at this moment.
     pub(crate) fn color_fields(&self) -> Option<ByFormat<&C::Field, &W::Field>> {
         let (bytes, halves) = self.paints();
         bytes.map(|paint| ByFormat::Rgba8(paint.field())).or(halves.map(|paint| ByFormat::Rgba16(paint.field())))
     }
 }
 
-/// One layer of colour.
+/// Makes a stack of one layer of colour.
 fn colors<C: LayerChannel>(paint: C) -> Stack<C> {
     let background = bytemuck::pod_read_unaligned(paint.field().blank());
     Stack::new((COLOUR, "colour"), paint, background)
@@ -208,13 +208,13 @@ pub trait LayeredObject: Sized {
     /// Notes that displacement looks different in and around tiles or faces, because it has faded or was lost.
     fn note_shown(&mut self, _tiles: &[u32]) {}
 
-    /// The stacks of layers.
+    /// Returns the stacks of layers.
     fn stacks(&self) -> &LayersOf<Self>;
 
-    /// The stacks of layers, for writing. Displacement is written through [`Self::heights_mut`].
+    /// Returns the stacks of layers, for writing. Displacement is written through [`Self::heights_mut`].
     fn stacks_mut(&mut self) -> &mut LayersOf<Self>;
 
-    /// The layers of displacement, for writing: whatever was measured of it is measured anew.
+    /// Returns the layers of displacement, for writing: whatever was measured of it is measured anew.
     fn heights_mut(&mut self) -> &mut Stack<Self::Displacement>;
 
     /// Traces and vectors, if it has them.
@@ -244,12 +244,12 @@ pub trait LayeredObject: Sized {
     /// as the page store does if a page cannot be read or written.
     fn set_channel(&mut self, channel: Stored<Self>) -> Result<()>;
 
-    /// When edits are made now, in seconds.
+    /// Says when edits are made now, in seconds.
     fn time(&self) -> f64 {
         self.stacks().time
     }
 
-    /// Changes when edits are made from now on, in seconds; 0 at first.
+    /// Sets when edits are made from now on, in seconds; 0 at first.
     ///
     /// # Errors
     /// Fails with `Invalid` if the time is not finite or beyond [`f32::MAX`].
@@ -259,8 +259,8 @@ pub trait LayeredObject: Sized {
         Ok(())
     }
 
-    /// Makes tiles, or blocks of faces and edges, of all channels and layers leave memory for `pages` when their budgets
-    /// are spent, the ones edited longest ago first, see [`relievo_tiles::paging`] and
+    /// Makes tiles, or blocks of faces and edges, of all channels and layers leave memory for `pages` when their
+    /// budgets are spent, the ones edited longest ago first, see [`relievo_tiles::paging`] and
     /// [`relievo_tiles::triangle::paging`]; without, all come back. [`Self::settle`] is to be done before. Normals,
     /// vectors in object space, and the texels and stamps of edits that fade stay in memory.
     ///
@@ -279,7 +279,7 @@ pub trait LayeredObject: Sized {
         Ok(())
     }
 
-    /// Where blocks page to, if they do.
+    /// Says where blocks page to, if they do.
     fn page_store(&self) -> Option<&Arc<dyn PageStore>> {
         self.stacks().pages.as_ref()
     }
@@ -524,7 +524,7 @@ pub trait LayeredObject: Sized {
         self.stacks_mut().colors = Some(paint);
     }
 
-    /// The layers of displacement and of colour as they are.
+    /// Lists the layers of displacement and of colour as they are.
     fn stack_states(&self) -> LayerStates {
         let mut states = Vec::new();
         each_stack!(self.stacks(), stack => states.extend(stack.states()));
@@ -768,7 +768,7 @@ fn take_up_colors<C: LayerChannel<Texel: ColorTexel>>(
     stack.take_up(context, layers).map(drop)
 }
 
-/// Gives a stack those layers of `heads` that are of its kind, unless there are none, and `blocks`.
+/// Gives a stack the layers of `heads` that are of its kind, if any, and `blocks`.
 #[inline(never)]
 fn put_layers<C: LayerChannel>(
     context: &Context,

@@ -30,7 +30,7 @@ pub struct Layer<C: LayerChannel> {
 }
 
 impl<C: LayerChannel> Layer<C> {
-    /// The layer that `head` describes.
+    /// Makes the layer that `head` describes.
     fn of(head: &Head, channel: C) -> Self {
         let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
         Self { id, name, settings, channel: Some(channel), decay: None }
@@ -71,19 +71,19 @@ pub struct Stack<C: LayerChannel> {
 }
 
 impl<C: LayerChannel> Stack<C> {
-    /// One layer, whose texels are those of `composite`; `background` is seen where it is hidden.
+    /// Makes a stack of one layer, whose texels are the ones of `composite`; `background` is seen where it is hidden.
     pub fn new((id, name): (u32, &str), composite: C, background: C::Texel) -> Self {
         let settings = Settings::of(C::Texel::KIND);
         let layer = Layer { id, name: name.into(), settings, channel: None, decay: None };
         Self { composite, layers: vec![layer], active: id, background, seen: None }
     }
 
-    /// What the layers come to.
+    /// Returns what the layers come to.
     pub fn composite(&self) -> &C {
         &self.composite
     }
 
-    /// What the layers come to, for writing. The layers are to be settled afterwards.
+    /// Returns what the layers come to, for writing. The layers are to be settled afterwards.
     pub fn composite_mut(&mut self) -> &mut C {
         &mut self.composite
     }
@@ -117,17 +117,17 @@ impl<C: LayerChannel> Stack<C> {
         Ok(())
     }
 
-    /// The texels of each layer.
+    /// Lists the texels of each layer.
     fn channels(&self) -> impl Iterator<Item = &C> {
         self.layers.iter().map(|layer| layer.channel.as_ref().unwrap_or(&self.composite))
     }
 
-    /// The field of each layer.
+    /// Lists the field of each layer.
     fn fields(&self) -> impl Iterator<Item = &C::Field> {
         self.channels().map(C::field)
     }
 
-    /// The layers that have texels of their own.
+    /// Lists the texels of the layers that have some of their own.
     fn own(&self) -> impl Iterator<Item = &C> {
         self.layers.iter().filter_map(|layer| layer.channel.as_ref())
     }
@@ -137,7 +137,7 @@ impl<C: LayerChannel> Stack<C> {
         self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut())
     }
 
-    /// The number, the decay and the texels of each layer.
+    /// Lists the number, the decay and the texels of each layer.
     pub(crate) fn decays(&self) -> impl Iterator<Item = (u32, Option<&Faded<C>>, &C)> {
         self.layers.iter().zip(self.channels()).map(|(layer, channel)| (layer.id, layer.decay.as_ref(), channel))
     }
@@ -194,7 +194,7 @@ impl<C: LayerChannel> Stack<C> {
         Some(self.layers[index].channel.as_mut().unwrap_or(&mut self.composite))
     }
 
-    /// The texels of the active layer, for writing, as [`Self::channel_mut`] gives them.
+    /// Returns the texels of the active layer, for writing, as [`Self::channel_mut`] does.
     pub fn active_mut(&mut self) -> &mut C {
         let own = self.index(self.active).and_then(|index| self.layers[index].channel.as_mut());
         own.unwrap_or(&mut self.composite)
@@ -390,7 +390,7 @@ impl<C: LayerChannel> Stack<C> {
         channel.absorb(context, fields, (&below, self.background), settings, tiles)
     }
 
-    /// A channel for a layer with the sizes that `face_sizes` has for every face, without blocks.
+    /// Makes a channel for a layer with the sizes that `face_sizes` has for every face, without blocks.
     fn blank(&self, face_sizes: &[u32], blank: C::Texel) -> Result<C> {
         C::sized(self.composite.field(), face_sizes, blank, self.composite.budget())
     }
