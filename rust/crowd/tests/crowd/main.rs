@@ -3,6 +3,7 @@
 mod agents;
 mod arm;
 mod cuts;
+mod deformation;
 mod device;
 mod device_poses;
 mod draws;
@@ -15,6 +16,7 @@ mod impostors;
 mod morphs;
 mod occlusion;
 mod refit;
+mod seams;
 mod sharing;
 mod skinning;
 mod streams;

@@ -22,7 +22,7 @@ fn sampled<T: Copy>(times: &[f32], values: &[T], time: f64, mix: impl Fn(T, T, f
 }
 
 /// Returns the places of all vertices of a glTF file at a time of an animation, by the formulas of its specification.
-fn evaluated(bytes: &[u8], animation: usize, time: f64) -> Vec<DVec3> {
+pub fn evaluated(bytes: &[u8], animation: usize, time: f64) -> Vec<DVec3> {
     let file = gltf::Gltf::from_slice(bytes).unwrap();
     let blob = file.blob.clone().unwrap();
     let count = file.nodes().count();
