@@ -150,7 +150,23 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
     let cuts: Vec<u64> =
         info["cuts"].as_array().unwrap().iter().map(|cut| cut["triangles"].as_u64().unwrap()).collect();
     assert!(cuts.is_sorted_by(|a, b| a >= b) && cuts[0] <= TRIANGLES && cuts[4] < TRIANGLES / 3, "{cuts:?}");
-    assert!(done(at, &["crowd", "info", "arm.rcrowd"]).contains("6, of which"));
+    let levels = info["levels"].as_array().unwrap();
+    assert_eq!(levels.iter().map(|it| it["groups"].as_u64().unwrap()).sum::<u64>(), info["groups"].as_u64().unwrap());
+    for level in levels {
+        let largest = |poses: &str| level[poses]["largest"].as_f64().unwrap();
+        assert!(
+            largest("chosen") <= largest("all") && level["exceeding"].as_u64() <= level["groups"].as_u64(),
+            "{level}"
+        );
+    }
+    let text = done(at, &["crowd", "info", "arm.rcrowd"]);
+    assert!(text.contains("6, of which"), "{text}");
+    // A line for each level, below the head.
+    let own = read(at, &["crowd", "info", "arm.rcrowd", "--json"])["levels"].as_array().unwrap().len();
+    let table: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("level  groups")).collect();
+    assert!(own > 1 && table.len() == 1 + own && table[1].starts_with("    1 "), "{text}");
+    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/model-1.rcrowd");
+    assert!(done(at, &["crowd", "info", old.to_str().unwrap()]).contains("of an older version"));
 
     // A refit of the same file changes nothing, one of another clip has poses of that.
     let refit = |output: &str, clip: &str| {

@@ -4,6 +4,7 @@ mod collapse;
 mod deformation;
 mod eigen;
 mod grouping;
+mod measure;
 pub(crate) mod norm;
 mod partition;
 mod places;
@@ -11,17 +12,17 @@ pub(crate) mod refit;
 mod representative;
 
 use glam::DVec3;
-use relievo_core::{Context, Error, ErrorKind, Progress, Result};
-use relievo_lod::PosedDistance;
+use relievo_core::{Context, Error, Progress, Result};
 use relievo_meshio::Model;
 
 use crate::build::collapse::Face;
+use crate::build::measure::Gauged;
 use crate::build::places::Places;
 use crate::build::representative::representatives;
 use crate::character::Character;
 use crate::clip::{self, Clip, Skeleton};
 use crate::geomorph::Collapse;
-use crate::hierarchy::{BuildSettings, Cluster, CrowdModel, Group, NONE, Report};
+use crate::hierarchy::{BuildSettings, Cluster, CrowdModel, Group, NONE, Report, Variant};
 
 /// Share of the triangles that are to be removed which a simplification has to remove to count as one.
 const REMOVED: f64 = 0.3;
@@ -73,10 +74,7 @@ struct Simplified {
     /// Removed places and vertices with what they went to.
     places: Vec<(u32, u32)>,
     vertices: Vec<(u32, u32)>,
-    /// The largest distance that the simplification adds, over all poses.
-    added: f32,
-    measured: u64,
-    exceeded: u64,
+    gauged: Gauged,
 }
 
 /// The whole surface when it first was one group. Without neighbours it can be simplified from there to each level, and
@@ -91,7 +89,7 @@ pub(crate) fn build(
     context: &Context,
     (model, animations): (&Model, &[usize]),
     settings: &BuildSettings,
-    clusters: Option<&[Vec<u32>]>,
+    variant: &Variant,
     progress: &mut dyn Progress,
 ) -> Result<CrowdModel> {
     progress.step(0.0, "read poses")?;
@@ -99,7 +97,7 @@ pub(crate) fn build(
     let clips = clip::sample(context, model, (&character, &morphs), animations, settings.pose_rate)?;
     let mut builder = Builder::new(context, &character, &clips, settings)?;
     let most = settings.cluster_triangles as usize;
-    let leaves = match clusters {
+    let leaves = match variant.clusters {
         None => partition::leaves(&character, &builder.places, &builder.levels, builder.size, most),
         Some(clusters) => {
             check_clusters(&character, clusters, most)?;
@@ -107,7 +105,7 @@ pub(crate) fn build(
             clusters.to_vec()
         }
     };
-    let made = builder.run(context, settings, (&leaves, clusters.is_some()), progress)?;
+    let made = builder.run(context, settings, (&leaves, variant.is_whole), progress)?;
     Ok(builder.finished(made, &clips))
 }
 
@@ -170,7 +168,7 @@ impl<'a> Builder<'a> {
         &self,
         context: &Context,
         settings: &BuildSettings,
-        (leaves, is_given): (&[Vec<u32>], bool),
+        (leaves, is_whole): (&[Vec<u32>], bool),
         progress: &mut dyn Progress,
     ) -> Result<CrowdModel> {
         let most = settings.cluster_triangles as usize;
@@ -196,7 +194,7 @@ impl<'a> Builder<'a> {
             // Most levels have about half of the triangles of the one before.
             let start = 1.0 - 0.5f32.powi(level as i32 - 1);
             let span = [start, 0.5 * (1.0 + start)];
-            if !is_given && made.triangle_count(&front) <= whole {
+            if is_whole && made.triangle_count(&front) <= whole {
                 self.whole(&mut made, front, (context, most), (progress, span))?;
                 break;
             }
@@ -265,7 +263,7 @@ impl<'a> Builder<'a> {
         }
         let input = made.clusters.iter().zip(0..).filter(|(cluster, _)| cluster.made_by == NONE);
         let input = made.faces(&input.map(|(_, number)| number).collect::<Vec<u32>>());
-        let (direct, ..) = self.measure(context, &input, &faces)?;
+        let direct = self.measure(context, &input, &faces)?.distances.all;
         Ok(Base { faces, error: sum.min(direct) })
     }
 
@@ -282,10 +280,9 @@ impl<'a> Builder<'a> {
     /// Makes a group of clusters with what they were simplified to. Returns the new clusters.
     fn replace(&self, made: &mut CrowdModel, clusters: &[u32], result: Simplified, base: Option<&Base>) -> Vec<u32> {
         let number = made.groups.len() as u32;
-        let group = self.group(made, clusters, (result.added, base));
+        let group = self.group(made, clusters, (result.gauged.distances.all, base));
         clusters.iter().for_each(|cluster| made.clusters[*cluster as usize].used_by = number);
-        made.report.measured += result.measured;
-        made.report.exceeded += result.exceeded;
+        result.gauged.note(made);
         made.groups.push(group);
         self.note(made, number, &result);
         result.pieces.into_iter().map(|faces| self.add(made, faces, number, group.depth)).collect()
@@ -375,87 +372,12 @@ impl<'a> Builder<'a> {
     }
 
     /// Divides what is left of a group into clusters.
-    fn simplified(&self, left: collapse::Left, measured: (f32, u64, u64), most: usize) -> Simplified {
+    fn simplified(&self, left: collapse::Left, gauged: Gauged, most: usize) -> Simplified {
         let collapse::Left { faces: left, places, vertices } = left;
-        let (added, measured, exceeded) = measured;
         let center = |face: u32| partition::center(self.character, left[face as usize].0);
         let pieces = partition::cut((0..left.len() as u32).collect(), most, &center);
         let pieces = pieces.iter().map(|piece| piece.iter().map(|face| left[*face as usize]).collect()).collect();
-        Simplified { pieces, places, vertices, added, measured, exceeded }
-    }
-
-    /// Measures the largest distance between a group before and after its simplification over all poses. Returns it with
-    /// the number of poses, and of poses that exceed the representative ones.
-    pub fn measure(&self, context: &Context, before: &[Face], after: &[Face]) -> Result<(f32, u64, u64)> {
-        let mut vertices: Vec<u32> = before.iter().chain(after).flat_map(|face| face.0).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        let local = |vertex: u32| vertices.binary_search(&vertex).unwrap_or_default() as u32;
-        let local = |faces: &[Face]| faces.iter().map(|face| face.0.map(local)).collect::<Vec<_>>();
-        let (before, after) = (local(before), local(after));
-        let place = |skeleton: &Skeleton, vertex: &u32| skeleton.place(self.character, *vertex as usize);
-        let points = |skeleton: &Skeleton| -> Vec<[f32; 3]> {
-            vertices.iter().map(|vertex| place(skeleton, vertex).as_vec3().to_array()).collect()
-        };
-        let mut gauge = Gauge { context, triangles: [&before, &after], posed: None };
-        let count = self.skeletons.len() as u64;
-        if self.is_rigid(&vertices) {
-            // The distance is the same in all poses, up to rounding.
-            let distance = gauge.at_most(&points(self.skeletons[0]), 0.0)?;
-            return Ok((distance * (1.0 + 2.0 * RIGID as f32), count, 0));
-        }
-        let of = |is_seen: bool| {
-            let poses = self.skeletons.iter().zip(&self.is_representative);
-            poses.filter(move |(_, is_representative)| **is_representative == is_seen).map(|(skeleton, _)| skeleton)
-        };
-        let seen = of(true).try_fold(0.0, |most, skeleton| gauge.at_most(&points(skeleton), most))?;
-        let (mut most, mut exceeded) = (seen, 0);
-        for skeleton in of(false) {
-            let distance = gauge.at_most(&points(skeleton), seen)?;
-            exceeded += u64::from(distance > seen);
-            most = most.max(distance);
-        }
-        Ok((most, count, exceeded))
-    }
-
-    /// Whether all vertices follow one bone that keeps all lengths.
-    fn is_rigid(&self, vertices: &[u32]) -> bool {
-        let bone = |vertex: &u32| {
-            if !self.character.morphs.of(*vertex as usize).is_empty() {
-                return None;
-            }
-            let influence = &self.character.influences[*vertex as usize];
-            let mut used = influence.bones.iter().zip(influence.weights).filter(|(_, weight)| *weight > 0.0);
-            used.next().map(|(bone, _)| *bone).filter(|_| used.next().is_none())
-        };
-        let Some(Some(first)) = vertices.first().map(bone) else { return false };
-        self.is_rigid[usize::from(first)] && vertices.iter().all(|vertex| bone(vertex) == Some(first))
-    }
-}
-
-/// Measures distances between two lists of triangles, before and after a simplification, in one pose after the other.
-struct Gauge<'a> {
-    context: &'a Context,
-    triangles: [&'a [[u32; 3]]; 2],
-    /// What was found out in the first pose in which both have area.
-    posed: Option<PosedDistance<'a>>,
-}
-
-impl Gauge<'_> {
-    /// Returns `floor`, or a bound of the distance in a pose if that may be larger.
-    fn at_most(&mut self, points: &[[f32; 3]], floor: f32) -> Result<f32> {
-        let found = match &mut self.posed {
-            Some(posed) => posed.at_most(self.context, points, floor),
-            None => PosedDistance::new(self.context, points, self.triangles).map(|(posed, found)| {
-                self.posed = Some(posed);
-                found.max(floor)
-            }),
-        };
-        match found {
-            // One of both has no area in this pose: the box holds both.
-            Err(error) if error.kind == ErrorKind::Invalid => Ok(diagonal(points).max(floor)),
-            found => found,
-        }
+        Simplified { pieces, places, vertices, gauged }
     }
 }
 
@@ -470,14 +392,6 @@ fn upper(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 /// Whether a simplification to a share of some triangles left few enough to be a level.
 fn is_level(left: usize, (share, triangles): (f64, usize)) -> bool {
     left > 0 && left as f64 <= (1.0 - REMOVED * (1.0 - share)) * triangles as f64
-}
-
-/// Returns the diagonal of the box of some points.
-fn diagonal(points: &[[f32; 3]]) -> f32 {
-    let (low, high) = points.iter().fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), point| {
-        (lower(low, *point), upper(high, *point))
-    });
-    glam::Vec3::from(high).distance(low.into())
 }
 
 /// Returns the diagonal of the box of a character in a pose.

@@ -6,7 +6,8 @@
 //! clusters is a whole model of fewer triangles. The hierarchy has the lengths of the chunks, so that [`Reader`] finds
 //! each cluster without reading the others. Columns of numbers are split into planes of bytes. Version 2 has the offsets of
 //! morph targets behind the vertices and their weights behind the poses; models without any are of version 1. Version 3 has
-//! besides, for every vertex, the group that removes its place and the vertex that it goes to.
+//! besides, for every vertex, the group that removes its place and the vertex that it goes to. Version 4 has two distances
+//! more for every group.
 
 mod check;
 mod columns;
@@ -25,7 +26,7 @@ use crate::hierarchy::{Cluster, CrowdModel};
 
 const SIGNATURE: &[u8; 8] = b"RLVCROWD";
 /// The newest version.
-const NEWEST: u32 = 3;
+const NEWEST: u32 = 4;
 /// Bytes of the head, with its sum.
 const HEAD: usize = 8 + 4 + 9 * 4 + 4;
 /// Bytes before each chunk.
@@ -168,7 +169,8 @@ impl CrowdModel {
     /// Returns the version of the file, the oldest that has all of the model.
     fn file_version(&self) -> u32 {
         match (self.has_collapses(), self.character.morphs.count) {
-            (true, _) => NEWEST,
+            (true, _) if self.distances.len() == self.groups.len() => NEWEST,
+            (true, _) => 3,
             (false, 0) => 1,
             (false, _) => 2,
         }

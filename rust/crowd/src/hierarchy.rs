@@ -62,6 +62,31 @@ pub struct Group {
     pub depth: u32,
 }
 
+/// The largest distances, both ways, that the simplification of a group adds to those of the groups below it, in units of
+/// the model. For levels of the whole surface they are from the first of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distances {
+    /// Over the representative poses.
+    pub chosen: f32,
+    /// Over all poses, at least that.
+    pub all: f32,
+}
+
+/// How a hierarchy differs from that of [`CrowdModel::build`], for comparisons.
+#[derive(Clone, Copy, Debug)]
+pub struct Variant<'a> {
+    /// Clusters of the input: lists of the triangles of [`Character::from_model`]. They are joined by their common edges
+    /// alone, whatever their deformation.
+    pub clusters: Option<&'a [Vec<u32>]>,
+    /// Whether the whole surface becomes one group when its triangles fit into ten full groups.
+    pub is_whole: bool,
+}
+
+impl Variant<'_> {
+    /// The hierarchy of [`CrowdModel::build`].
+    const OWN: Self = Self { clusters: None, is_whole: true };
+}
+
 /// What building found out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
@@ -88,6 +113,8 @@ pub struct CrowdModel {
     pub clusters: Vec<Cluster>,
     /// Groups. A group comes after those below it.
     pub groups: Vec<Group>,
+    /// The measured distances of every group; empty for models of older files.
+    pub distances: Vec<Distances>,
     /// Where every vertex goes when its place is removed; empty for models of older files.
     pub collapses: Vec<Collapse>,
     /// Smallest coordinates in all poses.
@@ -113,23 +140,22 @@ impl CrowdModel {
         progress: &mut dyn Progress,
     ) -> Result<Self> {
         settings.check()?;
-        build::build(context, (model, animations), settings, None, progress)
+        build::build(context, (model, animations), settings, &Variant::OWN, progress)
     }
 
-    /// As [`Self::build`], from clusters that the caller made: lists of the triangles of [`Character::from_model`]. They are
-    /// joined by their common edges alone, whatever their deformation, and simplified in groups to the end.
+    /// As [`Self::build`], in another way.
     ///
     /// # Errors
     /// As [`Self::build`], or a triangle is not in exactly one cluster, or a cluster has none or more than the settings say.
-    pub fn build_from(
+    pub fn build_variant(
         context: &Context,
         (model, animations): (&relievo_meshio::Model, &[usize]),
-        clusters: &[Vec<u32>],
+        variant: &Variant,
         settings: &BuildSettings,
         progress: &mut dyn Progress,
     ) -> Result<Self> {
         settings.check()?;
-        build::build(context, (model, animations), settings, Some(clusters), progress)
+        build::build(context, (model, animations), settings, variant, progress)
     }
 
     /// Returns the clusters that are drawn where an error of `allowed` in units of the model may be seen, in order. 0 gives

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use relievo_core::Context;
-use relievo_crowd::{CrowdModel, Reader};
+use relievo_crowd::{CrowdModel, Level, Reader, Spread};
 use serde_json::{Value, json};
 
 use crate::Outcome;
@@ -66,6 +66,25 @@ pub fn described(model: &CrowdModel) -> String {
         // Writing to a string does not fail.
         let _ = writeln!(text, "at {:5.2} % error        {triangles} triangles", 100.0 * share);
     }
+    let levels = model.level_distances();
+    if levels.is_empty() {
+        text += "levels' distances      none: the file is of an older version, or nothing was simplified\n";
+        return text;
+    }
+    text += "what simplifications add over the representative poses (chosen) and over all, in % of the size\n\
+             level  groups  triangles   chosen: median     largest      all: median     largest  groups exceeding\n";
+    let share = |distance: f32| 100.0 * distance / model.size().max(f32::MIN_POSITIVE);
+    for Level { depth, groups, triangles, chosen, all, exceeding } in levels {
+        let part = 100.0 * f64::from(exceeding) / f64::from(groups.max(1));
+        let _ = writeln!(
+            text,
+            "{depth:5}  {groups:6}  {triangles:9}  {:15.5}  {:10.5}  {:15.5}  {:10.5}  {part:14.1} %",
+            share(chosen.median),
+            share(chosen.largest),
+            share(all.median),
+            share(all.largest),
+        );
+    }
     text
 }
 
@@ -76,6 +95,17 @@ pub fn machine_readable(model: &CrowdModel) -> Value {
         json!({ "error": error, "triangles": model.triangle_count(&model.cut(error)) })
     };
     let clip = |clip: &relievo_crowd::Clip| json!({ "name": clip.name, "rate": clip.rate, "poses": clip.poses.len() });
+    let spread = |it: Spread| json!({ "median": it.median, "largest": it.largest });
+    let level = |it: &Level| {
+        json!({
+            "depth": it.depth,
+            "groups": it.groups,
+            "triangles": it.triangles,
+            "chosen": spread(it.chosen),
+            "all": spread(it.all),
+            "exceeding": it.exceeding,
+        })
+    };
     json!({
         "triangles": model.input_triangles,
         "vertices": model.character.points.len(),
@@ -87,6 +117,7 @@ pub fn machine_readable(model: &CrowdModel) -> Value {
         "groups": model.groups.len(),
         "distances": model.report.measured,
         "exceeded": model.report.exceeded,
+        "levels": model.level_distances().iter().map(level).collect::<Vec<_>>(),
         "low": model.low,
         "high": model.high,
         "cuts": SHARES.iter().map(cut).collect::<Vec<_>>(),

@@ -78,6 +78,7 @@ impl CrowdModel {
                 ..character.clone()
             },
             groups: Vec::with_capacity(self.groups.len()),
+            distances: Vec::with_capacity(self.groups.len()),
             report: builder.report(),
             ..self.clone()
         };
@@ -89,15 +90,22 @@ impl CrowdModel {
         let mut base = None;
         // Groups come after those below them.
         for (number, result) in measured.into_iter().enumerate() {
-            let (added, poses, exceeded) = result?;
+            let gauged = result?;
             if is_whole[number] && base.is_none() {
                 base = Some(builder.base(context, &made, &before[number])?);
             }
-            let group = builder.group(&made, &before[number], (added, base.as_ref().filter(|_| is_whole[number])));
+            let group = builder.group(
+                &made,
+                &before[number],
+                (gauged.distances.all, base.as_ref().filter(|_| is_whole[number])),
+            );
             found.grown += u32::from(group.error > self.groups[number].error);
-            made.report.measured += poses;
-            made.report.exceeded += exceeded;
+            gauged.note(&mut made);
             made.groups.push(group);
+        }
+        if !self.has_collapses() {
+            // Files without collapses are of a version that has no distances either.
+            made.distances.clear();
         }
         let made = builder.finished(made, &clips);
         let triangles = |model: &Self, share: f32| model.triangle_count(&model.cut(share * model.size())) as f64;

@@ -5,7 +5,7 @@ use relievo_core::Result;
 use super::damaged;
 use crate::clip::Pose;
 use crate::geomorph::Collapse;
-use crate::hierarchy::{CrowdModel, Group, NONE};
+use crate::hierarchy::{CrowdModel, Distances, Group, NONE};
 
 impl CrowdModel {
     /// Checks that all parts fit together and that errors and boxes grow upwards, on which cuts without cracks rest.
@@ -36,6 +36,14 @@ impl CrowdModel {
         };
         if !(self.collapses.is_empty() || self.has_collapses()) || !self.collapses.iter().all(goes_on) {
             return Err(damaged("a vertex goes nowhere when it is removed"));
+        }
+        let is_right = |it: &Distances| 0.0 <= it.chosen && it.chosen <= it.all;
+        let has_all = [0, self.groups.len()].contains(&self.distances.len());
+        if !has_all
+            || !self.distances.iter().all(is_right)
+            || !self.groups.iter().all(|it| (1..=self.groups.len()).contains(&(it.depth as usize)))
+        {
+            return Err(damaged("the distances or depths of groups are wrong"));
         }
         let nested = |inner: ([f32; 3], [f32; 3]), low: [f32; 3], high: [f32; 3]| {
             (0..3).all(|axis| low[axis] <= inner.0[axis] && inner.1[axis] <= high[axis])

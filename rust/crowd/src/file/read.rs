@@ -8,7 +8,7 @@ use super::{Counts, MIXED, damaged};
 use crate::character::{Bone, Influence};
 use crate::clip::{Clip, MOST_POSES, Pose};
 use crate::geomorph::Collapse;
-use crate::hierarchy::{Cluster, CrowdModel, Group, NONE, Report};
+use crate::hierarchy::{Cluster, CrowdModel, Distances, Group, NONE, Report};
 use crate::morph::{MOST_MORPHS, MorphOffset};
 
 /// Returns the number of poses of each clip, and the number of offsets of morph targets.
@@ -95,6 +95,10 @@ pub(super) fn read_hierarchy(bytes: &[u8], counts: &Counts, model: &mut CrowdMod
         let low = [bounds[0][index], bounds[2][index], bounds[4][index]];
         let high = [bounds[1][index], bounds[3][index], bounds[5][index]];
         model.groups.push(Group { error, low, high, depth: depth[index] });
+    }
+    if counts.version > 3 {
+        let (chosen, all) = (rows.floats(counts.groups)?, rows.floats(counts.groups)?);
+        model.distances = chosen.into_iter().zip(all).map(|(chosen, all)| Distances { chosen, all }).collect();
     }
     let lengths = rows.numbers(clusters)?;
     rows.end()?;

@@ -55,6 +55,10 @@ impl CrowdModel {
             out.floats(self.groups.iter().map(|group| group.high[axis]));
         }
         out.numbers(&self.groups.iter().map(|group| group.depth).collect::<Vec<_>>());
+        if self.file_version() > 3 {
+            out.floats(self.distances.iter().map(|it| it.chosen));
+            out.floats(self.distances.iter().map(|it| it.all));
+        }
         out.numbers(lengths);
         out.0
     }

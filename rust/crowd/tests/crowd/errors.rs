@@ -2,7 +2,7 @@
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
-use relievo_crowd::{Blend, BuildSettings, CrowdModel, skin};
+use relievo_crowd::{Blend, BuildSettings, Cluster, CrowdModel, Variant, skin};
 use relievo_lod::distance;
 
 use crate::arm::{arm, built, walking};
@@ -78,6 +78,30 @@ fn a_walk_of_35_poses_has_about_eight_representative_ones() {
     assert_eq!(usual.poses, 35);
     assert!((5..=13).contains(&usual.representatives), "{usual:?}");
     assert_eq!(report(10.0).representatives, 1);
+}
+
+#[test]
+fn distances_of_groups_are_those_of_single_measurements() {
+    let context = Context::serial();
+    let settings = BuildSettings { cluster_triangles: 30, pose_rate: 6.0, ..BuildSettings::default() };
+    let variant = Variant { clusters: None, is_whole: false };
+    let model = CrowdModel::build_variant(&context, (&arm(30, 16), &[0]), &variant, &settings, &mut Silent).unwrap();
+    let poses = model.clips[0].poses.iter().map(|pose| skin(&context, &model.character, pose, Blend::Linear).unwrap());
+    let poses: Vec<_> = poses.collect();
+    for (group, distances) in (0..).zip(&model.distances) {
+        let of = |is_own: &dyn Fn(&Cluster) -> bool| -> Vec<[u32; 3]> {
+            let own = model.clusters.iter().zip(0..).filter(|(cluster, _)| is_own(cluster));
+            own.flat_map(|(_, number)| model.triangles(number)).copied().collect()
+        };
+        let (before, after) = (of(&|it| it.used_by == group), of(&|it| it.made_by == group));
+        let single = |points: &Vec<[f32; 3]>| {
+            distance(&context, [(points, &before), (points, &after)], &mut Silent).unwrap().at_most
+        };
+        let most = poses.iter().map(single).fold(0.0, f32::max);
+        let tolerance = 0.011 * most + 1e-5 * model.size();
+        assert!((distances.all - most).abs() <= tolerance, "group {group}: {distances:?}, {most}");
+        assert!(model.groups[group as usize].error >= distances.all);
+    }
 }
 
 #[test]

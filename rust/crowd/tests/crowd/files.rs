@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use relievo_core::{Context, ErrorKind};
-use relievo_crowd::{CrowdModel, Reader};
+use relievo_crowd::{CrowdModel, NONE, Reader};
 use relievo_testing::Random;
 
 use crate::arm::built;
@@ -23,6 +23,37 @@ fn a_file_gives_back_the_model() {
     assert_eq!(written(&again), bytes);
     let per_triangle = bytes.len() as f64 / f64::from(model.input_triangles);
     assert!(per_triangle < 48.0, "{per_triangle} bytes a triangle");
+}
+
+#[test]
+fn distances_of_groups_are_in_files_of_the_newest_version() {
+    let model = built(30, 16);
+    assert_eq!((written(&model)[8], model.distances.len()), (4, model.groups.len()));
+    let levels = model.level_distances();
+    assert_eq!(levels.iter().map(|level| level.groups as usize).sum::<usize>(), model.groups.len());
+    let made = model.clusters.iter().filter(|cluster| cluster.made_by != NONE).map(|cluster| u64::from(cluster.count));
+    assert_eq!(levels.iter().map(|level| level.triangles).sum::<u64>(), made.sum::<u64>());
+    for level in &levels {
+        assert!(level.chosen.median <= level.chosen.largest && level.chosen.largest <= level.all.largest, "{level:?}");
+        assert!(level.exceeding <= level.groups && (level.exceeding > 0) == (level.all != level.chosen), "{level:?}");
+    }
+    assert!(levels.iter().any(|level| level.exceeding > 0), "{levels:?}");
+
+    let older = CrowdModel { distances: Vec::new(), ..model.clone() };
+    let bytes = written(&older);
+    assert_eq!(bytes[8], 3);
+    let read = CrowdModel::from_bytes(&bytes, u64::MAX).unwrap();
+    assert!(read == older && read.level_distances().is_empty());
+    // Distances that are none, too few of them, and depths that no hierarchy has are refused.
+    let wrong = |change: &dyn Fn(&mut CrowdModel)| {
+        let mut wrong = model.clone();
+        change(&mut wrong);
+        assert!(wrong.check().is_err());
+    };
+    wrong(&|model| model.distances[0].all = -1.0);
+    wrong(&|model| model.distances[0].chosen = 2.0 * model.distances[0].all + 1.0);
+    wrong(&|model| model.distances.truncate(1));
+    wrong(&|model| model.groups.iter_mut().for_each(|group| group.depth = u32::MAX));
 }
 
 #[test]

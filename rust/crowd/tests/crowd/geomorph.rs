@@ -190,7 +190,7 @@ fn characters_with_seams_do_not_tear_and_old_files_are_refused() {
         let (jump, changes) = stage.largest_jump(&CrowdView { geomorph: true, ..plain }, [1.0, 20.0]);
         assert!(jump < 1e-4 && changes > 5, "{jump} in {changes} changes");
     }
-    let old = CrowdModel { collapses: Vec::new(), ..built(12, 8) };
+    let old = CrowdModel { collapses: Vec::new(), distances: Vec::new(), ..built(12, 8) };
     let mut bytes = Vec::new();
     old.write(&mut bytes).unwrap();
     let read = CrowdModel::from_bytes(&bytes, u64::MAX).unwrap();

@@ -55,7 +55,7 @@ fn files_keep_morph_targets() {
     let model = CrowdModel::build(&Context::serial(), &swelling_arm(8, 8), &[0], &settings(), &mut Silent).unwrap();
     let mut bytes = Vec::new();
     model.write(&mut bytes).unwrap();
-    assert_eq!(bytes[8], 3);
+    assert_eq!(bytes[8], 4);
     assert_eq!(CrowdModel::from_bytes(&bytes, u64::MAX).unwrap(), model);
     for length in 0..bytes.len() {
         assert!(CrowdModel::from_bytes(&bytes[..length], 1 << 30).is_err(), "cut at {length}");

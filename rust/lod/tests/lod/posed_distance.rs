@@ -1,7 +1,7 @@
 //! Distances of meshes that share their points, pose after pose, beside single measurements.
 
-use relievo_core::Context;
 use relievo_core::progress::Silent;
+use relievo_core::{Context, ContextOptions};
 use relievo_lod::{PosedDistance, distance};
 
 /// A strip of squares along x, bent about y by an angle a unit of length, with bumps.
@@ -29,17 +29,25 @@ fn bounds_in_all_poses_are_those_of_single_measurements() {
     let first = bent(0.0);
     let (mut posed, found) = PosedDistance::new(&context, &first, [&fine, &coarse]).unwrap();
     assert!((found / single(&first) - 1.0).abs() < 0.015, "{found}");
-    let mut most = found;
-    for angle in [0.1, 0.3, 0.6, 0.9, 0.2, 1.2] {
-        let points = bent(angle);
-        let alone = single(&points);
-        let bounded = posed.at_most(&context, &points, 0.0).unwrap();
-        assert!(bounded >= alone / 1.011 && bounded <= alone * 1.011, "{bounded}, {alone} at {angle}");
-        let next = posed.at_most(&context, &points, most).unwrap();
-        assert!(next >= most && next >= alone / 1.011 && next <= most.max(alone) * 1.011, "{next} at {angle}");
-        most = next;
+    let angles = [0.1, 0.3, 0.6, 0.9, 0.2, 1.2, 0.05, 0.0, 1.1, 0.7];
+    let poses = angles.map(bent);
+    let alone = angles.map(|angle| single(&bent(angle)));
+    let bounds = posed.at_most(&context, &poses, 0.0).unwrap();
+    for ((alone, bounded), angle) in alone.iter().zip(&bounds).zip(angles) {
+        assert!(*bounded >= alone / 1.011 && *bounded <= alone * 1.011, "{bounded}, {alone} at {angle}");
     }
+    let floor = 1.5 * found;
+    for ((alone, bounded), angle) in alone.iter().zip(posed.at_most(&context, &poses, floor).unwrap()).zip(angles) {
+        let right = bounded >= floor && bounded >= alone / 1.011 && bounded <= alone.max(floor) * 1.011;
+        assert!(right, "{bounded}, {alone} at {angle}");
+    }
+    let most = alone.into_iter().fold(0.0, f32::max);
+    let largest = posed.largest(&context, &poses, floor).unwrap();
+    assert!((largest / most - 1.0).abs() < 0.011, "{largest}, {most}");
     assert!(most > 2.0 * found, "the strip bends beyond its bumps");
+    let threads = Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap();
+    let (mut other, _) = PosedDistance::new(&threads, &first, [&fine, &coarse]).unwrap();
+    assert_eq!(other.at_most(&threads, &poses, 0.0).unwrap(), bounds);
 }
 
 #[test]
@@ -52,9 +60,15 @@ fn triangles_that_gain_area_count_and_bad_points_are_refused() {
     assert!(found < 1e-6, "{found}");
     let mut raised = flat;
     raised[3] = [0.0, 0.5, 2.0];
-    let found = posed.at_most(&context, &raised, 0.1).unwrap();
-    assert!((2.0..2.03).contains(&found), "{found}");
+    // Both lose their area in the first pose, the coarse one alone in the second.
+    let none = vec![[0.0; 3]; 4];
+    let mut one = vec![[0.0; 3]; 4];
+    one[3] = [0.0, 1.0, 0.0];
+    one[2] = [1.0, 1.0, 0.0];
+    let found = posed.at_most(&context, &[none, one, raised.to_vec()], 0.1).unwrap();
+    assert_eq!(found[..2], [0.1, f32::INFINITY]);
+    assert!((2.0..2.03).contains(&found[2]), "{found:?}");
     raised[3][0] = f32::NAN;
-    assert!(posed.at_most(&context, &raised, 0.1).is_err());
+    assert!(posed.at_most(&context, &[raised.to_vec()], 0.1).is_err());
     assert!(PosedDistance::new(&context, &flat, [&coarse, &[[0, 0, 1]]]).is_err());
 }
