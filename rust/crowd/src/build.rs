@@ -126,6 +126,11 @@ impl<'a> Builder<'a> {
         let (low, high) = paths.iter().fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), path| {
             (lower(low, path[0]), upper(high, path[1]))
         });
+        let size = glam::Vec3::from(high).distance(low.into());
+        if !size.is_finite() {
+            return Err(Error::invalid("the model is larger than 10^19 units in some pose")
+                .advise("scale it down, and check the scales of its bones"));
+        }
         // Lengths between poses are compared with the model at rest, which does not walk away.
         let still = rest_size(character, skeletons[0]);
         let chosen = representatives(character, &skeletons, f64::from(settings.pose_distance) * still);
@@ -136,7 +141,7 @@ impl<'a> Builder<'a> {
             levels: deformation::levels(context, character, &skeletons),
             is_rigid: rigid_bones(&skeletons),
             places: Places::of(character),
-            size: glam::Vec3::from(high).distance(low.into()),
+            size,
             character,
             skeletons,
             is_representative,

@@ -67,7 +67,7 @@ fn fewest(context: &Context, model: &CrowdModel, poses: &[Vec<[f32; 3]>], allowe
     errors.sort_unstable_by(f32::total_cmp);
     let is_within = |error: f32| -> Result<bool> {
         let cut = triangles(model, &model.cut(error));
-        let (mut posed, found) = PosedDistance::new(context, first, [&input, &cut])?;
+        let (mut posed, found) = PosedDistance::new(context, first, [&input, &cut], 0.0)?;
         Ok(found <= allowed && posed.largest(context, others, allowed)? <= allowed)
     };
     // Errors of cuts bound distances, so the coarsest cut within a distance is beyond its own error.

@@ -8,6 +8,8 @@ use crate::build::{Builder, RIGID, lower, upper};
 use crate::clip::Skeleton;
 use crate::hierarchy::{CrowdModel, Distances};
 
+/// Distances that are not told apart, as a share of the size of the model: a hundredth of a pixel where it has a thousand pixels.
+const NEGLIGIBLE: f32 = 1e-5;
 /// Poses whose vertices are placed together.
 const BLOCK: usize = 8;
 
@@ -43,18 +45,19 @@ impl Builder<'_> {
         let points = |skeleton: &Skeleton| -> Vec<[f32; 3]> {
             vertices.iter().map(|vertex| place(skeleton, vertex).as_vec3().to_array()).collect()
         };
-        let mut gauge = Gauge { context, triangles: [&before, &after], posed: None };
+        let least = NEGLIGIBLE * self.size;
+        let mut gauge = Gauge { context, triangles: [&before, &after], least, posed: None };
         let poses = self.skeletons.len() as u64;
         if self.is_rigid(&vertices) {
             // The distance is the same in all poses, up to rounding.
-            let distance = gauge.largest(&[points(self.skeletons[0])], 0.0)? * (1.0 + 2.0 * RIGID as f32);
+            let distance = gauge.largest(&[points(self.skeletons[0])], least)? * (1.0 + 2.0 * RIGID as f32);
             return Ok(Gauged { distances: Distances { chosen: distance, all: distance }, poses, exceeded: 0 });
         }
         let of = |is_seen: bool| -> Vec<&Skeleton> {
             let poses = self.skeletons.iter().zip(&self.is_representative);
             poses.filter(|(_, is_representative)| **is_representative == is_seen).map(|(it, _)| *it).collect()
         };
-        let (mut chosen, mut others) = (0.0, Vec::new());
+        let (mut chosen, mut others) = (least, Vec::new());
         for skeletons in of(true).chunks(BLOCK) {
             let poses: Vec<_> = skeletons.iter().map(|skeleton| points(skeleton)).collect();
             chosen = gauge.largest(&poses, chosen)?;
@@ -87,6 +90,8 @@ impl Builder<'_> {
 struct Gauge<'a> {
     context: &'a Context,
     triangles: [&'a [[u32; 3]]; 2],
+    /// Distances below it are not told apart.
+    least: f32,
     /// What was measured in the first pose in which both have area.
     posed: Option<PosedDistance<'a>>,
 }
@@ -123,7 +128,7 @@ impl Gauge<'_> {
         let (mut most, mut rest) = (floor, poses);
         while let (None, [points, next @ ..]) = (&self.posed, rest) {
             rest = next;
-            match PosedDistance::new(self.context, points, self.triangles) {
+            match PosedDistance::new(self.context, points, self.triangles, self.least) {
                 Ok((posed, found)) => {
                     self.posed = Some(posed);
                     most = most.max(found);

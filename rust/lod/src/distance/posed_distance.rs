@@ -119,11 +119,16 @@ struct Found {
 
 impl<'a> PosedDistance<'a> {
     /// Measures the distance in a first pose. Returns the pieces, and a bound that no point of either surface exceeds, at
-    /// most 1 % above the true distance.
+    /// most 1 % above the true distance or `least`. Surfaces that nearly coincide take far more pieces without a `least`.
     ///
     /// # Errors
     /// A coordinate is not finite, an index is too large, or a mesh has no triangle with area.
-    pub fn new(context: &Context, points: &[[f32; 3]], triangles: [&'a [[u32; 3]]; 2]) -> Result<(Self, f32)> {
+    pub fn new(
+        context: &Context,
+        points: &[[f32; 3]],
+        triangles: [&'a [[u32; 3]]; 2],
+        least: f32,
+    ) -> Result<(Self, f32)> {
         let [first, second] = triangles.map(|triangles| Surface::new(context, (points, triangles)));
         let surfaces = [first?, second?];
         if surfaces.iter().any(|surface| surface.solid.is_empty()) {
@@ -134,7 +139,7 @@ impl<'a> PosedDistance<'a> {
         let own = surfaces[0].vertices_near(context, &surfaces[1], &mut Silent, ends[0])?;
         let back = surfaces[1].vertices_near(context, &surfaces[0], &mut Silent, ends[1])?;
         let known = own.iter().chain(&back).fold(0.0, |most: f64, near| most.max(near.distance));
-        let floor = MARGIN * (known + rounding);
+        let floor = f64::max(MARGIN * (known + rounding), f64::from(least));
         let mut made = Self { triangles, patches: [Vec::new(), Vec::new()] };
         let mut most = known;
         for (side, near) in [own, back].into_iter().enumerate() {

@@ -27,7 +27,7 @@ fn bounds_in_all_poses_are_those_of_single_measurements() {
     let single =
         |points: &[[f32; 3]]| distance(&context, [(points, &fine), (points, &coarse)], &mut Silent).unwrap().at_most;
     let first = bent(0.0);
-    let (mut posed, found) = PosedDistance::new(&context, &first, [&fine, &coarse]).unwrap();
+    let (mut posed, found) = PosedDistance::new(&context, &first, [&fine, &coarse], 0.0).unwrap();
     assert!((found / single(&first) - 1.0).abs() < 0.015, "{found}");
     let angles = [0.1, 0.3, 0.6, 0.9, 0.2, 1.2, 0.05, 0.0, 1.1, 0.7];
     let poses = angles.map(bent);
@@ -46,7 +46,7 @@ fn bounds_in_all_poses_are_those_of_single_measurements() {
     assert!((largest / most - 1.0).abs() < 0.011, "{largest}, {most}");
     assert!(most > 2.0 * found, "the strip bends beyond its bumps");
     let threads = Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap();
-    let (mut other, _) = PosedDistance::new(&threads, &first, [&fine, &coarse]).unwrap();
+    let (mut other, _) = PosedDistance::new(&threads, &first, [&fine, &coarse], 0.0).unwrap();
     assert_eq!(other.at_most(&threads, &poses, 0.0).unwrap(), bounds);
 }
 
@@ -56,7 +56,7 @@ fn triangles_that_gain_area_count_and_bad_points_are_refused() {
     let coarse = [[0, 1, 2]];
     let fine = [[0, 1, 2], [0, 2, 3]];
     let flat = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.5, 0.0]];
-    let (mut posed, found) = PosedDistance::new(&context, &flat, [&coarse, &fine]).unwrap();
+    let (mut posed, found) = PosedDistance::new(&context, &flat, [&coarse, &fine], 0.0).unwrap();
     assert!(found < 1e-6, "{found}");
     let mut raised = flat;
     raised[3] = [0.0, 0.5, 2.0];
@@ -70,5 +70,5 @@ fn triangles_that_gain_area_count_and_bad_points_are_refused() {
     assert!((2.0..2.03).contains(&found[2]), "{found:?}");
     raised[3][0] = f32::NAN;
     assert!(posed.at_most(&context, &[raised.to_vec()], 0.1).is_err());
-    assert!(PosedDistance::new(&context, &flat, [&coarse, &[[0, 0, 1]]]).is_err());
+    assert!(PosedDistance::new(&context, &flat, [&coarse, &[[0, 0, 1]]], 0.0).is_err());
 }
