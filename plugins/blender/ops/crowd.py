@@ -225,9 +225,9 @@ class Modelling(Operator):
         made = []
         with tempfile.TemporaryDirectory() as folder:
             source = os.path.join(folder, "character.glb")
+            make, rate = self.make(target, source), context.scene.render.fps / context.scene.render.fps_base
             export(target, parts, source)
             native.context()
-            make, rate = self.make(target, source), context.scene.render.fps / context.scene.render.fps_base
             path = f"{cache.new(target)}.rcrowd"
 
             def work(progress):
