@@ -4,7 +4,7 @@ mod collapse;
 mod deformation;
 mod eigen;
 mod grouping;
-mod measure;
+pub(crate) mod measure;
 pub(crate) mod norm;
 mod partition;
 mod places;
@@ -386,11 +386,11 @@ impl<'a> Builder<'a> {
     }
 }
 
-fn lower(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+pub(crate) fn lower(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|axis| a[axis].min(b[axis]))
 }
 
-fn upper(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+pub(crate) fn upper(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|axis| a[axis].max(b[axis]))
 }
 

@@ -22,6 +22,7 @@ use crate::impostor;
 use crate::ladder::Ladder;
 use crate::near::{GroupBoxes, NearCut, NearModel, Spheres};
 use crate::sharing::{BoneBoxes, Sharing};
+use crate::skinning::Blend;
 use crate::view::CrowdView;
 use crate::weights::{Offsets, OwnWeights};
 
@@ -396,8 +397,11 @@ impl Crowd {
 
     fn sharing(&self, model: u32, clip: u32) -> &Sharing {
         let (found, derived) = (&self.models[model as usize], &self.derived[model as usize]);
-        derived.sharing[clip as usize]
-            .get_or_init(|| Sharing::of(&found.clips[clip as usize], &derived.bones, found.size()))
+        derived.sharing[clip as usize].get_or_init(|| match found.blend {
+            Blend::Linear => Sharing::of(&found.clips[clip as usize], &derived.bones, found.size()),
+            // Differences of poses are bounded for matrices alone.
+            Blend::Dual => Sharing::default(),
+        })
     }
 
     /// Returns the level of shared poses of an agent that shows a step where an error of `allowed` may be seen.

@@ -13,6 +13,7 @@ use crate::build;
 use crate::character::Character;
 use crate::clip::Clip;
 use crate::geomorph::Collapse;
+use crate::skinning::Blend;
 
 /// No group.
 pub const NONE: u32 = u32::MAX;
@@ -123,6 +124,8 @@ pub struct CrowdModel {
     pub high: [f32; 3],
     /// What building found out.
     pub report: Report,
+    /// How bones are blended, which [`Self::with_blend`] changes. Errors and boxes hold for it.
+    pub blend: Blend,
 }
 
 impl CrowdModel {

@@ -17,7 +17,7 @@ use relievo_core::{Context, Result};
 
 use crate::crowd::{Crowd, Frame, PoseKey};
 use crate::hierarchy::{CrowdModel, NONE};
-use crate::skinning::{Blend, skin, skin_normals};
+use crate::skinning::{skin, skin_normals};
 
 /// Texels along a side of a picture.
 pub const SIDE: usize = 32;
@@ -143,8 +143,8 @@ impl Impostors {
             let key = alike[0].0;
             let model = &crowd.models()[key.model as usize];
             let pose = crowd.posed(&key);
-            let points = skin(context, &model.character, &pose, Blend::Linear)?;
-            let normals = skin_normals(context, &model.character, &pose, Blend::Linear)?;
+            let points = skin(context, &model.character, &pose, model.blend)?;
+            let normals = skin_normals(context, &model.character, &pose, model.blend)?;
             let first = self.count;
             let made = context.map(alike.len(), |at| {
                 let own = picture(model, (&points, &normals), alike[at].1);

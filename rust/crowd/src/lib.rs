@@ -10,7 +10,8 @@
 //!    `collapse`, `build`. Their errors are measured in all poses.
 //! 4. A view draws the coarsest clusters whose errors are no larger than it allows (Section 5.1): `ladder`, `crowd`. Agents
 //!    that others hide are left out (Section 5.2): `occlusion`. A graphics device does all of it too: `device`. Where larger
-//!    errors may be seen, vertices move from cut to cut: `geomorph`. Agents of a few pixels may be quads: `impostor`.
+//!    errors may be seen, vertices move from cut to cut: `geomorph`. Agents of a few pixels may be quads: `impostor`. Where bones are
+//!    blended as dual quaternions, errors are larger: `dual`.
 //!
 //! Lengths are units of the model, angles radians, times seconds. Results do not depend on the number of threads.
 
@@ -21,6 +22,7 @@ mod clip;
 mod crowd;
 mod device;
 mod draws;
+mod dual;
 mod export;
 mod file;
 mod geomorph;
@@ -59,4 +61,4 @@ pub use morph::{MOST_MORPHS, MorphOffset, Morphs};
 pub use occlusion::{Culled, Occlusion, PixelView};
 pub use skinning::{Blend, dual_rows, skin, skin_normals};
 pub use stream::{Stream, Streamed};
-pub use view::CrowdView;
+pub use view::{CrowdView, ShadowSun};

@@ -6,7 +6,7 @@ use relievo_core::{Attribute, Context, Domain, Mesh, Result, Values};
 
 use crate::clip::Pose;
 use crate::hierarchy::CrowdModel;
-use crate::skinning::{Blend, skin, skin_normals};
+use crate::skinning::{skin, skin_normals};
 
 impl CrowdModel {
     /// Makes a mesh of clusters in a pose. It has the vertices that they use, with the attributes of the character and
@@ -15,8 +15,8 @@ impl CrowdModel {
     /// # Errors
     /// The pose has another number of bones than the character.
     pub fn mesh(&self, context: &Context, clusters: &[u32], pose: &Pose) -> Result<Mesh> {
-        let points = skin(context, &self.character, pose, Blend::Linear)?;
-        let normals = skin_normals(context, &self.character, pose, Blend::Linear)?;
+        let points = skin(context, &self.character, pose, self.blend)?;
+        let normals = skin_normals(context, &self.character, pose, self.blend)?;
         Ok(self.gathered(clusters, &points, &normals).0)
     }
 

@@ -13,7 +13,7 @@ use glam::{DMat3, DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 
 use crate::crowd::{Crowd, Drawn, Frame, PoseKey};
-use crate::skinning::{Blend, skin};
+use crate::skinning::skin;
 
 /// Triangles of occluders at most; the nearest agents come first.
 const MOST_TRIANGLES: u64 = 1 << 18;
@@ -188,7 +188,7 @@ impl Occlusion {
             let key = crowd.pose_key(*agent, time);
             if let Entry::Vacant(place) = poses.entry(key) {
                 let found = &crowd.models()[key.model as usize];
-                place.insert(skin(context, &found.character, &crowd.posed(&key), Blend::Linear)?);
+                place.insert(skin(context, &found.character, &crowd.posed(&key), found.blend)?);
             }
         }
         let projected: Vec<Vec<Projected>> = context.map(occluders.len(), |at| {

@@ -34,17 +34,35 @@ enum Bones<'a> {
     Dual(Vec<RigidBone>),
 }
 
+/// A character in a pose.
+pub(crate) struct Posing<'a> {
+    bones: Bones<'a>,
+    weights: &'a [f32],
+}
+
+impl<'a> Posing<'a> {
+    /// Prepares the bones of a pose.
+    ///
+    /// # Errors
+    /// As [`skin`].
+    pub fn new(character: &Character, pose: &'a Pose, blend: Blend) -> Result<Self> {
+        Ok(Self { bones: prepare(character, pose, blend)?, weights: &pose.weights })
+    }
+
+    /// Returns the position of a vertex.
+    pub fn place(&self, character: &Character, vertex: usize) -> [f32; 3] {
+        let (linear, translation) = blended(&self.bones, &character.influences[vertex]);
+        (linear * Vec3::from(character.morphed(vertex, self.weights)) + translation).to_array()
+    }
+}
+
 /// Returns the positions of all vertices of a character in a pose.
 ///
 /// # Errors
 /// The pose has another number of bones or morph targets than the character.
 pub fn skin(context: &Context, character: &Character, pose: &Pose, blend: Blend) -> Result<Vec<[f32; 3]>> {
-    let bones = prepare(character, pose, blend)?;
-    Ok(context.map(character.points.len(), |index| {
-        let point = character.morphed(index, &pose.weights);
-        let (linear, translation) = blended(&bones, &character.influences[index]);
-        (linear * Vec3::from(point) + translation).to_array()
-    }))
+    let posing = Posing::new(character, pose, blend)?;
+    Ok(context.map(character.points.len(), |index| posing.place(character, index)))
 }
 
 /// Returns unit normals of all vertices in a pose, from the attribute `normal`; none if the character lacks it.

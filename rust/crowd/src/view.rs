@@ -1,7 +1,27 @@
 //! From where a crowd is seen, and how finely.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, DVec4};
 use relievo_core::{Error, Result};
+
+use crate::crowd::Crowd;
+
+/// Planes of a view with shadows at most.
+const MOST_PLANES: usize = 48;
+/// Angular radius of a sun, in radians, from which its light comes from everywhere.
+const WIDE: f64 = 1.4;
+/// Relative rounding of planes.
+const ROUNDING: f64 = 1e-6;
+/// Halvings of an interval in which a plane is searched for.
+const HALVINGS: usize = 40;
+
+/// A sun that throws shadows into a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadowSun {
+    /// The direction towards it, of any length.
+    pub towards: [f32; 3],
+    /// Half its angular diameter, radians.
+    pub angular_radius: f32,
+}
 
 /// A view of a crowd in perspective.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +74,22 @@ impl CrowdView {
         Ok(view)
     }
 
+    /// Returns a view that sees in addition whatever throws shadows into this one: all that lies from there towards suns, and
+    /// all that is at most `around` away, which may hide a part of the sky. Some of what it sees throws none.
+    pub fn with_shadows(&self, suns: &[ShadowSun], around: f32) -> Self {
+        let mut planes: Vec<DVec4> =
+            self.planes.iter().map(|plane| DVec4::from(plane.map(f64::from)) + DVec4::W * f64::from(around)).collect();
+        for sun in suns {
+            let away = -DVec3::from(sun.towards.map(f64::from)).normalize_or_zero();
+            planes = swept(&planes, away, f64::from(sun.angular_radius));
+        }
+        let plane = |plane: DVec4| {
+            let rounding = if suns.is_empty() { 0.0 } else { ROUNDING * plane.w.abs() };
+            (plane + DVec4::W * rounding).as_vec4().to_array()
+        };
+        Self { planes: planes.into_iter().map(plane).collect(), ..self.clone() }
+    }
+
     /// Checks that places are finite and sizes above 0.
     ///
     /// # Errors
@@ -70,4 +106,49 @@ impl CrowdView {
         }
         Ok(())
     }
+}
+
+impl Crowd {
+    /// Returns the largest radius of a sphere that an agent does not leave.
+    pub fn largest_radius(&self) -> f32 {
+        self.reaches().0.iter().map(|reach| reach.radius).fold(0.0, f32::max)
+    }
+}
+
+/// Returns planes around what planes enclose and all from which light in a direction, or in one that is at most `radius` from it,
+/// goes there: those that such light does not enter by, and for each two others one through their common line that it is parallel to.
+fn swept(planes: &[DVec4], away: DVec3, radius: f64) -> Vec<DVec4> {
+    if away == DVec3::ZERO {
+        return planes.to_vec();
+    }
+    if radius > WIDE {
+        return Vec::new();
+    }
+    // Light enters by no plane whose normal is so far against it.
+    let limit = -radius.max(0.0).sin();
+    let is_left = |plane: &DVec4| plane.truncate().dot(away) <= limit * plane.truncate().length();
+    let (mut made, entered): (Vec<DVec4>, Vec<DVec4>) = planes.iter().partition(|plane| is_left(plane));
+    let left = made.clone();
+    for (left, entered) in left.iter().flat_map(|left| entered.iter().map(move |entered| (left, entered))) {
+        if made.len() >= MOST_PLANES {
+            break;
+        }
+        let between = |share: f64| *entered + share * (*left - *entered);
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if is_left(&between(middle)) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        let plane = between(high);
+        let length = plane.truncate().length();
+        // Planes that face one another have no common line.
+        if length > 1e-6 {
+            made.push(plane / length);
+        }
+    }
+    made
 }

@@ -4,7 +4,8 @@
 //! d times a mean of A o over vertices, where o is the offset of a vertex and A the blended map of its bones. Let the offsets in
 //! a group and below it lie within r of their middle c, s be the largest factor of lengths of the bones, and t the largest norm
 //! of the difference of two bones that move the group. Two places then move apart by at most d (2 s r + t |c|), because |c| moves
-//! both but for their bones; with 0 in place of c that is twice d s times the longest offset. The distance between the surfaces of a
+//! both but for their bones; with 0 in place of c that is twice d s times the longest offset, which holds for bones that are
+//! blended as dual quaternions too. The distance between the surfaces of a
 //! group grows by at most the sum of the smaller of both over all targets, and its box by the sum of d s |o|. What
 //! is added to a group is at least what is added to those below it, so that cuts stay free of cracks.
 
@@ -17,6 +18,7 @@ use relievo_core::{Error, Result};
 use crate::build::norm::norm;
 use crate::clip::{BoneMatrix, Clip, Pose};
 use crate::hierarchy::{CrowdModel, NONE};
+use crate::skinning::Blend;
 
 /// Bones of a group at most whose differences are looked at.
 const FEW: usize = 12;
@@ -174,7 +176,10 @@ impl Offsets {
                 empty => *empty = Some(own),
             }
         }
-        Self { groups: groups.into_iter().map(Option::unwrap_or_default).collect(), longest, turns }
+        let mut groups: Vec<GroupOffsets> = groups.into_iter().map(Option::unwrap_or_default).collect();
+        // Dual quaternions do not blend the differences of bones.
+        groups.iter_mut().for_each(|group| group.has_many |= model.blend == Blend::DualQuaternion);
+        Self { groups, longest, turns }
     }
 
     /// Returns what weights add to errors and boxes of an agent that plays a clip of the model, which has a number.

@@ -11,9 +11,7 @@ use glam::{DMat3, DVec3};
 use relievo_core::parameter::Switch;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Result};
-use relievo_crowd::{
-    Agent, Blend, BuildSettings, Crowd, CrowdModel, CrowdView, Frame, Look, PixelView, parse_agents, square,
-};
+use relievo_crowd::{Agent, BuildSettings, Crowd, CrowdModel, CrowdView, Frame, Look, PixelView, parse_agents, square};
 use relievo_gpu::{AdapterKind, Device, DeviceOptions};
 use relievo_meshio::Model;
 use relievo_render::virtual_vertex::Rasterizer;
@@ -154,7 +152,7 @@ impl<'a> Shown<'a> {
         agents.iter().try_for_each(|agent| crowd.add(*agent).map(drop))?;
         let half = 0.5 * scene.spacing * size * (count as f64).sqrt();
         let eye = DVec3::new(0.0, scene.above * size, half + 2.0 * size);
-        let look = Look { tag: None, lines: false, blend: Blend::Linear };
+        let look = Look { tag: None, lines: false };
         Ok(Self {
             context,
             stand_ins: DeviceStandIns::new(device, &crowd, look)?,
@@ -205,7 +203,7 @@ impl<'a> Shown<'a> {
         let (mut frame, mut picture) = (Frame::default(), relievo_render::Scene::new()?);
         self.crowd.cut(self.context, &seen, &mut frame)?;
         let shown = (&self.crowd, &frame, time, view.camera.eye);
-        StandIns::default().show(self.context, &mut picture, shown, Blend::Linear, MATERIAL, &|_, _, _, _| 0)?;
+        StandIns::default().show(self.context, &mut picture, shown, MATERIAL, &|_, _, _, _| 0)?;
         let rays = picture.render(self.context, &view)?.color;
         let differ = rays.data().iter().zip(drawn.data()).filter(|(a, b)| (*a - *b).abs() > DIFFERENT).count();
         Ok(100.0 * differ as f64 / rays.data().len() as f64)

@@ -3,7 +3,7 @@
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Error, Result};
-use relievo_crowd::{Blend, Crowd, Culled, DeviceCounted, DeviceCrowd, DeviceOcclusion, DevicePoser, DrawList, Look};
+use relievo_crowd::{Crowd, Culled, DeviceCounted, DeviceCrowd, DeviceOcclusion, DevicePoser, DrawList, Look};
 use relievo_gpu::{Buffer, Device};
 
 use crate::border::array::{present, put};
@@ -76,7 +76,7 @@ struct Culling {
 
 impl Culling {
     fn new(device: &Device, crowd: &Crowd) -> Result<Self> {
-        let look = Look { tag: None, lines: false, blend: Blend::Linear };
+        let look = Look { tag: None, lines: false };
         Ok(Self { occlusion: DeviceOcclusion::new(device)?, poser: DevicePoser::new(device, crowd, look)? })
     }
 }

@@ -12,7 +12,7 @@ use relievo_gpu::Device;
 use relievo_render::color::{categories, from_hex};
 use relievo_render::virtual_vertex::{DeviceMesh, Placed, Rasterizer, Shape};
 use relievo_render::{FalseColor, Image, Lights, Material, Mesh, Sky, Sun, View, draw_legend, write_png};
-use relievo_scene::walking::{DeviceStandIns, Look, StandIns};
+use relievo_scene::walking::{DeviceStandIns, Look, StandIns, with_shadows};
 
 use super::scene::{Scene, SceneArguments};
 use crate::Outcome;
@@ -98,7 +98,7 @@ const GROUND: Material = Material { base_color: [0.42, 0.41, 0.39], specular: 0.
 pub const MATERIALS: [u32; 6] = [0xd9a441, 0x5b7b9a, 0x9a5b4f, 0x6f8f5f, 0xc9c2b2, 0x4a4a52];
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let mut scene = arguments.scene.open()?;
+    let mut scene = arguments.scene.open(arguments.blend.into())?;
     let mut view = View::new(scene.camera);
     view.lights = Lights {
         suns: vec![Sun { direction: [-0.5, 0.8, 0.6], irradiance: [2.6, 2.45, 2.2], angular_radius: 0.01 }],
@@ -123,6 +123,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
         (view.settings.shadows, view.settings.sky_rays) = (Switch::OFF, 0);
     }
     strip.text = format!("{}\n", arguments.output.display());
+    if device.is_some() {
+        // Nothing hides the sky there.
+        view.settings.sky_rays = 0;
+    }
+    scene.view = with_shadows(&scene.crowd, &scene.view, &view);
+    if !arguments.unshadowed && scene.show_hidden() {
+        eprintln!("note: agents that others hide throw shadows: --occlusion leaves none out without --unshadowed");
+    }
     match device {
         Some(device) => on_device(arguments, &device, &mut scene, &view, &mut strip)?,
         None => by_rays(arguments, &mut scene, &view, &mut strip)?,
@@ -170,13 +178,12 @@ fn by_rays(arguments: &Arguments, scene: &mut Scene, view: &View, strip: &mut St
     let object = picture.add_object(at, GROUND)?;
     picture.set_mesh(object, 0, mesh)?;
     let mut stand_ins = StandIns::default();
-    let blend = arguments.blend.into();
     arguments.scene.for_each_frame(scene, |scene, shown| {
         let tag = |agent: u32, cluster: &Cluster, number: u32, material: u32| {
             tag(arguments.show, agent, cluster, number, material)
         };
         let frame = (&scene.crowd, &shown.frame, shown.time, scene.camera.eye);
-        stand_ins.show(&scene.context, &mut picture, frame, blend, MATERIAL, &tag)?;
+        stand_ins.show(&scene.context, &mut picture, frame, MATERIAL, &tag)?;
         let color = picture.render(&scene.context, view)?.color;
         let agents = scene.crowd.agents().len() as u64;
         strip.add(color, [shown.frame.drawn.len() as u64, agents, shown.frame.triangles]);
@@ -193,7 +200,7 @@ fn on_device(arguments: &Arguments, device: &Device, scene: &mut Scene, view: &V
         Show::Agents => None,
         Show::Shaded | Show::Clusters | Show::Levels => Some(&tag),
     };
-    let look = Look { tag: by_cluster, lines: arguments.wireframe, blend: arguments.blend.into() };
+    let look = Look { tag: by_cluster, lines: arguments.wireframe };
     let mut stand_ins = DeviceStandIns::new(device, &scene.crowd, look)?;
     let mut rasterizer = Rasterizer::new(device)?;
     let (at, mesh) = ground(scene);
@@ -202,7 +209,7 @@ fn on_device(arguments: &Arguments, device: &Device, scene: &mut Scene, view: &V
     for time in arguments.scene.times() {
         scene.walk(time)?;
         let pixels = scene.pixels();
-        let pixels = arguments.scene.has_occlusion().then_some(&pixels);
+        let pixels = scene.has_occlusion().then_some(&pixels);
         let counts = stand_ins.update(&scene.context, &scene.crowd, (&scene.view, time), pixels)?;
         let [clusters, quads] = stand_ins.placed(MATERIAL);
         let color = rasterizer.render(&[ground, clusters, quads], view)?.color;

@@ -75,7 +75,8 @@ pub struct SceneArguments {
     /// Seconds from one frame to the next.
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, allow_negative_numbers = true)]
     step: f64,
-    /// Leave out agents that others hide at the middle of every pixel that they may cover.
+    /// Leave out agents that others hide at the middle of every pixel that they may cover. Pictures with shadows show all, since
+    /// hidden agents throw shadows too.
     #[arg(long)]
     occlusion: bool,
     /// Move vertices from cut to cut as the camera moves, so that nothing jumps; of use where --pixels is above 1.
@@ -125,7 +126,7 @@ struct OnDevice {
 
 impl OnDevice {
     fn new(device: &Device, crowd: &Crowd, has_occlusion: bool) -> Result<Self> {
-        let look = Look { tag: None, lines: false, blend: Blend::Linear };
+        let look = Look { tag: None, lines: false };
         let occlusion = match has_occlusion {
             true => Some((DeviceOcclusion::new(device)?, DevicePoser::new(device, crowd, look)?)),
             false => None,
@@ -184,6 +185,16 @@ impl Scene {
         PixelView { eye: camera.eye, axes: camera.axes, fov: camera.fov, size: self.size }
     }
 
+    /// Whether agents that others hide are left out.
+    pub fn has_occlusion(&self) -> bool {
+        self.occlusion.is_some()
+    }
+
+    /// Shows agents that others hide from now on. Returns whether they were left out.
+    pub fn show_hidden(&mut self) -> bool {
+        self.occlusion.take().is_some()
+    }
+
     /// Moves the agents to where they are at a time, and finds what is drawn.
     fn show(&mut self, time: f64) -> Result<Shown> {
         self.walk(time)?;
@@ -232,10 +243,11 @@ impl Scene {
 }
 
 impl SceneArguments {
-    /// Reads the models and agents.
-    pub fn open(&self) -> Result<Scene> {
+    /// Reads the models, whose bones are blended as `blend` says, and agents.
+    pub fn open(&self, blend: Blend) -> Result<Scene> {
         let context = self.limits.context()?;
-        let models = self.models.iter().map(|path| CrowdModel::load(&context, path).map(Arc::new));
+        let load = |path: &PathBuf| CrowdModel::load(&context, path)?.with_blend(&context, blend).map(Arc::new);
+        let models = self.models.iter().map(load);
         let models = models.collect::<Result<Vec<_>>>()?;
         self.place(context, models)
     }
@@ -275,11 +287,6 @@ impl SceneArguments {
             let shown = scene.show(time)?;
             work(scene, shown)
         })
-    }
-
-    /// Whether agents that others hide are to be left out.
-    pub fn has_occlusion(&self) -> bool {
-        self.occlusion
     }
 
     /// Returns the times of all frames, seconds.
@@ -363,7 +370,7 @@ impl Shown {
 pub fn run(arguments: &ViewArguments) -> Outcome {
     let mut streams = Vec::new();
     let mut scene = match arguments.budget {
-        None => arguments.scene.open()?,
+        None => arguments.scene.open(Blend::Linear)?,
         Some(budget) => {
             if !(budget > 0.0 && budget <= 1e9) {
                 return Err(Error::invalid(format!("{budget} mebibytes"))

@@ -8,8 +8,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use relievo_core::{Context, Result};
 use relievo_crowd::{
-    Blend, Crowd, CrowdModel, CrowdView, Frame, PoseKey, Walker, parse_walkers, read_walkers, skin, skin_normals,
-    square,
+    Crowd, CrowdModel, CrowdView, Frame, PoseKey, Walker, parse_walkers, read_walkers, skin, skin_normals, square,
 };
 use relievo_render::Mesh;
 use relievo_render::color::{Color, categories, from_hex};
@@ -76,8 +75,8 @@ impl Walkers {
                 Entry::Occupied(posed) => &*posed.into_mut(),
                 Entry::Vacant(place) => {
                     let pose = self.crowd.posed(&key);
-                    let points = skin(&self.context, &model.character, &pose, Blend::Linear)?;
-                    let normals = skin_normals(&self.context, &model.character, &pose, Blend::Linear)?;
+                    let points = skin(&self.context, &model.character, &pose, model.blend)?;
+                    let normals = skin_normals(&self.context, &model.character, &pose, model.blend)?;
                     &*place.insert([points, normals])
                 }
             };

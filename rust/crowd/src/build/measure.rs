@@ -9,9 +9,9 @@ use crate::clip::Skeleton;
 use crate::hierarchy::{CrowdModel, Distances};
 
 /// Distances that are not told apart, as a share of the size of the model: a hundredth of a pixel where it has a thousand pixels.
-const NEGLIGIBLE: f32 = 1e-5;
+pub(crate) const NEGLIGIBLE: f32 = 1e-5;
 /// Poses whose vertices are placed together.
-const BLOCK: usize = 8;
+pub(crate) const BLOCK: usize = 8;
 
 /// What was measured of a simplification.
 #[derive(Clone, Copy)]
@@ -46,7 +46,7 @@ impl Builder<'_> {
             vertices.iter().map(|vertex| place(skeleton, vertex).as_vec3().to_array()).collect()
         };
         let least = NEGLIGIBLE * self.size;
-        let mut gauge = Gauge { context, triangles: [&before, &after], least, posed: None };
+        let mut gauge = Gauge::new(context, [&before, &after], least);
         let poses = self.skeletons.len() as u64;
         if self.is_rigid(&vertices) {
             // The distance is the same in all poses, up to rounding.
@@ -87,7 +87,7 @@ impl Builder<'_> {
 }
 
 /// Measures distances between two lists of triangles, before and after a simplification, in many poses.
-struct Gauge<'a> {
+pub(crate) struct Gauge<'a> {
     context: &'a Context,
     triangles: [&'a [[u32; 3]]; 2],
     /// Distances below it are not told apart.
@@ -96,9 +96,13 @@ struct Gauge<'a> {
     posed: Option<PosedDistance<'a>>,
 }
 
-impl Gauge<'_> {
+impl<'a> Gauge<'a> {
+    pub fn new(context: &'a Context, triangles: [&'a [[u32; 3]]; 2], least: f32) -> Self {
+        Self { context, triangles, least, posed: None }
+    }
+
     /// Returns `floor`, or a bound of the largest distance in some poses if that may be larger.
-    fn largest(&mut self, poses: &[Vec<[f32; 3]>], floor: f32) -> Result<f32> {
+    pub fn largest(&mut self, poses: &[Vec<[f32; 3]>], floor: f32) -> Result<f32> {
         let (floor, rest) = self.begin(poses, floor)?;
         let Some(posed) = &mut self.posed else { return Ok(floor) };
         let found = posed.largest(self.context, rest, floor)?;

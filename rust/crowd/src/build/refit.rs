@@ -11,6 +11,7 @@ use crate::build::places::Places;
 use crate::character::Character;
 use crate::clip;
 use crate::hierarchy::{BuildSettings, CrowdModel, NONE};
+use crate::skinning::Blend;
 
 /// Errors whose cuts are compared before and after, as shares of the model's size.
 const SHARES: [f32; 4] = [0.001, 0.003, 0.01, 0.03];
@@ -35,7 +36,7 @@ impl Refit {
 
 impl CrowdModel {
     /// Returns this model with the vertices, the skeleton and the clips of another file of it, for the animations given by
-    /// index, with new errors and bounds. Of the settings the poses count. Results do not depend on the number of threads.
+    /// index, with new errors and bounds for bones that are blended as matrices. Of the settings the poses count. Results do not depend on the number of threads.
     ///
     /// # Errors
     /// The file has other triangles, or vertices that were at one place with the same bones are apart now; as
@@ -54,16 +55,7 @@ impl CrowdModel {
         self.check_same(&character)?;
         let clips = clip::sample(context, source, (&character, &morphs), animations, settings.pose_rate)?;
         let builder = Builder::new(context, &character, &clips, settings)?;
-        let mut before: Vec<Vec<u32>> = vec![Vec::new(); self.groups.len()];
-        let mut after = before.clone();
-        for (cluster, number) in self.clusters.iter().zip(0..) {
-            if let Some(list) = before.get_mut(cluster.used_by as usize) {
-                list.push(number);
-            }
-            if let Some(list) = after.get_mut(cluster.made_by as usize) {
-                list.push(number);
-            }
-        }
+        let (before, after) = self.joined();
         // Distances are from where they were measured when the hierarchy was built.
         let is_whole = self.whole(&before, &after);
         let first = is_whole.iter().position(|is_whole| *is_whole).unwrap_or_default();
@@ -80,6 +72,7 @@ impl CrowdModel {
             groups: Vec::with_capacity(self.groups.len()),
             distances: Vec::with_capacity(self.groups.len()),
             report: builder.report(),
+            blend: Blend::Linear,
             ..self.clone()
         };
         for cluster in 0..made.clusters.len() as u32 {
@@ -115,8 +108,23 @@ impl CrowdModel {
         Ok((made, found))
     }
 
+    /// Returns the clusters that each group is made of, and those that it makes.
+    pub(crate) fn joined(&self) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
+        let mut before: Vec<Vec<u32>> = vec![Vec::new(); self.groups.len()];
+        let mut after = before.clone();
+        for (cluster, number) in self.clusters.iter().zip(0..) {
+            if let Some(list) = before.get_mut(cluster.used_by as usize) {
+                list.push(number);
+            }
+            if let Some(list) = after.get_mut(cluster.made_by as usize) {
+                list.push(number);
+            }
+        }
+        (before, after)
+    }
+
     /// Returns which groups have all clusters of a level.
-    fn whole(&self, before: &[Vec<u32>], after: &[Vec<u32>]) -> Vec<bool> {
+    pub(crate) fn whole(&self, before: &[Vec<u32>], after: &[Vec<u32>]) -> Vec<bool> {
         let mut open = self.clusters.iter().filter(|cluster| cluster.made_by == NONE).count();
         let lists = before.iter().zip(after);
         lists

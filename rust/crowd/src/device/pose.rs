@@ -68,8 +68,6 @@ pub struct Look<'a> {
     pub tag: Option<&'a dyn Fn(&CrowdModel, u32, u32) -> u32>,
     /// Whether wireframes have lines, for which corners share fewer vertices.
     pub lines: bool,
-    /// How bones are blended.
-    pub blend: Blend,
 }
 
 /// How many vertices were posed, and how many corners are drawn.
@@ -104,7 +102,7 @@ struct Models {
 }
 
 impl Models {
-    fn new(device: &Device, crowd: &Crowd, look: Look<'_>) -> Result<Self> {
+    fn new(device: &Device, crowd: &Crowd, (look, blend): (Look<'_>, Blend)) -> Result<Self> {
         let (mut vertices, mut offsets) = (Vec::new(), Vec::new());
         let (mut cluster_vertices, mut indices) = (Vec::<ClusterVertex>::new(), Vec::new());
         let mut next = crowd.models().len() as u32;
@@ -156,7 +154,7 @@ impl Models {
         offsets.push([0.0; 4]);
         let clips = crowd.models().iter().flat_map(|model| &model.clips);
         let bones = clips.flat_map(|clip| &clip.poses).flat_map(|pose| &pose.bones);
-        let dual = (look.blend == Blend::DualQuaternion).then(|| bones.flat_map(dual_rows).collect::<Vec<_>>());
+        let dual = (blend == Blend::DualQuaternion).then(|| bones.flat_map(dual_rows).collect::<Vec<_>>());
         Ok(Self {
             clusters: Buffer::of(device, "crowd vertex ranges", &clusters)?,
             vertices: Buffer::of(device, "crowd vertices", &vertices)?,
@@ -225,8 +223,13 @@ impl DevicePoser {
     /// Sends the vertices of the models of a crowd to a device.
     ///
     /// # Errors
-    /// The device has no memory, or the models are too large for 32 bits.
+    /// The device has no memory, the models are too large for 32 bits, or their bones are blended in different ways.
     pub fn new(device: &Device, crowd: &Crowd, look: Look<'_>) -> Result<Self> {
+        let blend = crowd.models().first().map_or(Blend::Linear, |model| model.blend);
+        if crowd.models().iter().any(|model| model.blend != blend) {
+            return Err(Error::unsupported("the bones of the models are blended in different ways")
+                .advise("blend all alike (`CrowdModel::with_blend`), or draw a crowd for each way"));
+        }
         use Access::{Read, Write};
         let kernel = |entry| {
             device.kernel(&KernelSpec {
@@ -234,11 +237,11 @@ impl DevicePoser {
                 entry,
                 groups: &[&[Read; 6], &[Write; 7], &[Read; 6]],
                 immediates: size_of::<Call>() as u32,
-                constants: if look.blend == Blend::DualQuaternion { &[("DUAL", 1.0)] } else { &[] },
+                constants: if blend == Blend::DualQuaternion { &[("DUAL", 1.0)] } else { &[] },
             })
         };
         Ok(Self {
-            models: Models::new(device, crowd, look)?,
+            models: Models::new(device, crowd, (look, blend))?,
             kernels: [kernel("mark_runs")?, kernel("count_parts")?, kernel("pose_vertices")?, kernel("write_corners")?],
             room: Room::new(device, crowd.agents().len(), [1, ROOM[0], ROOM[1]])?,
             bounds: [[0.0; 3]; 2],

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use glam::{DAffine3, DQuat, DVec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, Domain, Mesh, Values};
-use relievo_crowd::{BuildSettings, CrowdModel};
+use relievo_crowd::{Blend, BuildSettings, CrowdModel};
 use relievo_meshio::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, Skin};
 
 /// Makes an arm of `rings` rings of `sides` sides each along y, from 0 to 3. Its joints at 1 and 2 bend within a second.
@@ -70,17 +70,7 @@ pub fn arm(rings: usize, sides: usize) -> Model {
         weights: None,
     };
     let shown = Node { mesh: Some(0), skin: Some(0), ..node("mesh", None, 0.0) };
-    let bend = |node: usize, degrees: f64| {
-        let turns = [0.0, 1.0, 0.0].map(|share: f64| DQuat::from_rotation_z(share * degrees.to_radians()));
-        Channel {
-            node,
-            property: Property::Rotation,
-            interpolation: Interpolation::Linear,
-            times: vec![0.0, 0.5, 1.0],
-            values: turns.iter().flat_map(|turn| turn.to_array().map(|value| value as f32)).collect(),
-        }
-    };
-    let channels = vec![bend(2, 100.0), bend(3, -70.0)];
+    let channels = vec![turning(2, DVec3::Z, 100.0), turning(3, DVec3::Z, -70.0)];
     let inverse = |height: f64| DAffine3::from_translation(-DVec3::Y * height);
     Model {
         meshes: vec![Part { mesh, ..Part::default() }],
@@ -93,6 +83,26 @@ pub fn arm(rings: usize, sides: usize) -> Model {
         animations: vec![Animation { name: "bend".into(), channels, ..Animation::default() }],
         ..Model::default()
     }
+}
+
+/// Turns a node about an axis within half a second, and back.
+fn turning(node: usize, axis: DVec3, degrees: f64) -> Channel {
+    let turns = [0.0, 1.0, 0.0].map(|share: f64| DQuat::from_axis_angle(axis, share * degrees.to_radians()));
+    Channel {
+        node,
+        property: Property::Rotation,
+        interpolation: Interpolation::Linear,
+        times: vec![0.0, 0.5, 1.0],
+        values: turns.iter().flat_map(|turn| turn.to_array().map(|value| value as f32)).collect(),
+    }
+}
+
+/// Makes an arm that is wrung like a cloth: blended matrices make it thin where dual quaternions do not.
+pub fn twisting_arm(rings: usize, sides: usize) -> Model {
+    let mut model = arm(rings, sides);
+    let axis = DVec3::new(0.3, 1.0, 0.0).normalize();
+    model.animations[0].channels = vec![turning(2, axis, 165.0), turning(3, DVec3::Y, -150.0)];
+    model
 }
 
 /// What tests share, made once for each name.
@@ -110,6 +120,19 @@ pub fn built(rings: usize, sides: usize) -> CrowdModel {
     let settings =
         BuildSettings { cluster_triangles: 40, group_clusters: 4, pose_rate: 12.0, ..BuildSettings::default() };
     let build = || CrowdModel::build(&Context::serial(), &arm(rings, sides), &[0], &settings, &mut Silent).unwrap();
+    shared(&MADE, format!("{rings} {sides}"), build)
+}
+
+/// Returns the hierarchy of an arm that is wrung, with its bones blended as dual quaternions.
+pub fn wrung(rings: usize, sides: usize) -> CrowdModel {
+    static MADE: Shared<CrowdModel> = Mutex::new(BTreeMap::new());
+    let settings =
+        BuildSettings { cluster_triangles: 40, group_clusters: 4, pose_rate: 12.0, ..BuildSettings::default() };
+    let context = Context::serial();
+    let build = || {
+        let built = CrowdModel::build(&context, &twisting_arm(rings, sides), &[0], &settings, &mut Silent).unwrap();
+        built.with_blend(&context, Blend::DualQuaternion).unwrap()
+    };
     shared(&MADE, format!("{rings} {sides}"), build)
 }
 

@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use relievo_core::{Context, ContextOptions};
-use relievo_crowd::{Agent, Blend, Crowd, CrowdView, Frame, Occlusion, PixelView, skin};
+use relievo_crowd::{Agent, Crowd, CrowdModel, CrowdView, Frame, Occlusion, PixelView, skin};
 
-use crate::arm::built;
+use crate::arm::{built, wrung};
 
 const SIZE: [u32; 2] = [96, 64];
 const FOV: f64 = 0.9;
 
 /// A dense field of arms.
-fn field() -> Crowd {
-    let mut crowd = Crowd::new(vec![Arc::new(built(30, 16))]);
+fn field(model: CrowdModel) -> Crowd {
+    let mut crowd = Crowd::new(vec![Arc::new(model)]);
     for index in 0..150 {
         let place = DVec3::new(f64::from(index % 15) * 0.5 - 3.5, 0.0, -1.5 * f64::from(index / 15));
         let turn = glam::DQuat::from_rotation_y(0.7 * f64::from(index));
@@ -41,7 +41,7 @@ fn picture(crowd: &Crowd, frame: &Frame, view: &PixelView, time: f64) -> Vec<(u3
         let agent = &crowd.agents()[drawn.0 as usize];
         let model = &crowd.models()[0];
         let posed =
-            skin(&context, &model.character, &model.clips[0].poses[crowd.pose(agent, time)], Blend::Linear).unwrap();
+            skin(&context, &model.character, &model.clips[0].poses[crowd.pose(agent, time)], model.blend).unwrap();
         let seen = |vertex: u32| {
             let place = agent.transform.transform_point3(Vec3::from(posed[vertex as usize]).as_dvec3());
             view.axes.transpose() * (place - view.eye)
@@ -80,12 +80,21 @@ fn picture(crowd: &Crowd, frame: &Frame, view: &PixelView, time: f64) -> Vec<(u3
 
 #[test]
 fn no_pixel_of_a_path_changes() {
+    check_path(field(built(30, 16)), 1, 0.1);
+}
+
+#[test]
+fn no_pixel_changes_by_dual_quaternions() {
+    check_path(field(wrung(24, 12)), 4, 0.05);
+}
+
+/// Checks pictures of some of 200 frames, in which at least a share of all agents is hidden.
+fn check_path(mut crowd: Crowd, step: usize, share: f64) {
     let contexts = [Context::serial(), Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap()];
-    let mut crowd = field();
     let mut cullings = [Occlusion::default(), Occlusion::default()];
     let mut full = Frame::default();
-    let (mut hidden, mut triangles) = (0, 0);
-    for number in 0..200 {
+    let (mut hidden, mut agents) = (0, 0);
+    for number in (0..200).step_by(step) {
         let (pixels, view) = view_at(number);
         let time = f64::from(number) / 30.0;
         crowd.cut(&contexts[0], &view, &mut full).unwrap();
@@ -99,13 +108,13 @@ fn no_pixel_of_a_path_changes() {
             frame.drawn.iter().map(|drawn| crowd.models()[0].triangle_count(crowd.clusters(&frame, *drawn))).sum();
         assert_eq!((frame.triangles, frame.triangles + found.hidden_triangles), (count, full.triangles));
         // Pictures of some frames; they take longer than all culling.
-        if number % 10 == 1 {
+        if number % 10 == 1 || step > 1 && number % 20 == 0 {
             assert_eq!(picture(&crowd, &frame, &pixels, time), picture(&crowd, &full, &pixels, time), "frame {number}");
         }
         hidden += found.hidden;
-        triangles += full.drawn.len();
+        agents += full.drawn.len();
     }
-    assert!(hidden as usize > triangles / 10, "{hidden} of {triangles} agents were hidden");
+    assert!(f64::from(hidden) > share * agents as f64, "{hidden} of {agents} agents were hidden");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
-use relievo_crowd::{Agent, BuildSettings, Crowd, CrowdModel, CrowdView, Drawn, Frame};
+use relievo_crowd::{Agent, BuildSettings, Crowd, CrowdModel, CrowdView, Drawn, Frame, ShadowSun};
 use relievo_testing::Random;
 
 use crate::arm::{built, character};
@@ -215,4 +215,49 @@ fn agents_and_views_that_make_no_sense_are_refused() {
     ] {
         assert!(crowd.cut(&Context::serial(), &wrong, &mut frame).is_err(), "{wrong:?}");
     }
+}
+
+#[test]
+fn views_with_shadows_see_what_lies_towards_suns() {
+    let mut random = Random(3);
+    let (mut dropped, mut all) = (0, 0);
+    for number in 0..40 {
+        let mut unit = || 2.0 * f64::from(random.unit()) - 1.0;
+        let eye = DVec3::new(unit(), unit(), unit()) * 20.0;
+        let view = view(eye, 3.0 * unit());
+        let suns: Vec<(DVec3, f64)> = (0..1 + number % 3)
+            .map(|_| (DVec3::new(unit(), unit(), unit()).normalize(), (0.2 * unit()).max(0.0)))
+            .collect();
+        let given = suns.iter().map(|(towards, radius)| ShadowSun {
+            towards: towards.as_vec3().to_array(),
+            angular_radius: *radius as f32,
+        });
+        let seen = view.with_shadows(&given.collect::<Vec<_>>(), 0.5);
+        assert!(seen.planes.len() <= 48);
+        let is_seen = |planes: &[[f32; 4]], place: DVec3| {
+            planes.iter().all(|[x, y, z, d]| place.as_vec3().dot(Vec3::new(*x, *y, *z)) + d >= -1e-3)
+        };
+        for _ in 0..200 {
+            let place = eye + DVec3::new(unit(), unit(), unit()) * 30.0;
+            if is_seen(&view.planes, place) {
+                for (towards, radius) in &suns {
+                    // A direction at the rim of the sun.
+                    let side = towards.cross(DVec3::new(unit(), unit(), unit())).normalize_or_zero();
+                    let towards = *towards * radius.cos() + side * radius.sin();
+                    let thrower = place + towards * (50.0 * unit()).abs() + DVec3::new(unit(), unit(), unit()) * 0.25;
+                    assert!(is_seen(&seen.planes, thrower), "{place} from {towards}");
+                }
+            }
+            if suns.len() == 1 {
+                all += 1;
+                dropped += usize::from(!is_seen(&seen.planes, place));
+            }
+        }
+    }
+    println!("{dropped} of {all} places are left out");
+    assert!(dropped > all / 2, "{dropped} of {all} places are left out");
+    let everywhere = ShadowSun { towards: [0.0, 1.0, 0.0], angular_radius: 1.5 };
+    assert!(view(DVec3::ZERO, 0.0).with_shadows(&[everywhere], 0.0).planes.is_empty());
+    let same = view(DVec3::ZERO, 0.0);
+    assert_eq!(same.with_shadows(&[], 0.0), same);
 }

@@ -14,7 +14,7 @@ use glam::{DAffine3, DVec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Result};
 use relievo_crowd::{
-    Agent, Blend, BuildSettings, Cluster, Crowd, CrowdModel, CrowdView, Drawn, Frame, Impostor, Impostors, PoseKey,
+    Agent, BuildSettings, Cluster, Crowd, CrowdModel, CrowdView, Drawn, Frame, Impostor, Impostors, PoseKey, ShadowSun,
     Walker, read_walkers, skin, skin_normals,
 };
 use relievo_render as render;
@@ -24,6 +24,9 @@ pub use relievo_crowd::Look;
 
 use crate::format::description::{CrowdEntry, Scene};
 use crate::state::paths::Paths;
+
+/// Radii of the largest agent within which agents out of sight hide the sky: beyond, one hides at most a sixty-fourth of it.
+const AROUND: f32 = 8.0;
 
 /// A crowd of a scene: its model and where its agents start.
 #[derive(Debug)]
@@ -116,13 +119,25 @@ impl Shown {
         let (camera, settings) = (&view.camera, &view.settings);
         let size = [settings.width, settings.height];
         let seen = CrowdView::perspective(camera.eye, camera.axes, camera.fov, size, entry.pixels)?;
+        let seen = with_shadows(&self.crowd, &seen, view);
         self.crowd.cut(context, &seen, &mut self.frame)?;
         let base_color = entry.colour.map(|value| value.min(1.0));
         let material = render::Material { base_color, ..render::Material::default() };
         let shown = (&self.crowd, &self.frame, time, camera.eye);
-        self.stand_ins.show(context, picture, shown, Blend::Linear, material, &|_, _, _, _| tag)?;
+        self.stand_ins.show(context, picture, shown, material, &|_, _, _, _| tag)?;
         Ok(self.frame.triangles)
     }
+}
+
+/// Returns the view of a crowd for a picture, in which agents out of sight throw their shadows, and hide the sky from what is in
+/// sight if they are nearer to it than eight of the largest radii of agents.
+pub fn with_shadows(crowd: &Crowd, seen: &CrowdView, view: &render::View) -> CrowdView {
+    let (settings, lights) = (&view.settings, &view.lights);
+    let sun = |sun: &render::Sun| ShadowSun { towards: sun.direction, angular_radius: sun.angular_radius };
+    let has_shadows = settings.shadows.is_on();
+    let suns: Vec<ShadowSun> = lights.suns.iter().filter(|_| has_shadows).map(sun).collect();
+    let around = if settings.sky_rays > 0 { AROUND * crowd.largest_radius() } else { 0.0 };
+    seen.with_shadows(&suns, around)
 }
 
 /// The objects of a picture that show the agents of a crowd: one for each agent that was ever drawn.
@@ -151,7 +166,6 @@ impl StandIns {
         context: &Context,
         picture: &mut render::Scene,
         (crowd, frame, time, eye): (&Crowd, &Frame, f64, DVec3),
-        blend: Blend,
         material: render::Material,
         tag: &dyn Fn(u32, &Cluster, u32, u32) -> u32,
     ) -> Result<()> {
@@ -176,8 +190,8 @@ impl StandIns {
                     Entry::Occupied(posed) => posed.into_mut(),
                     Entry::Vacant(place) => {
                         let pose = crowd.posed(&key);
-                        let points = skin(context, &model.character, &pose, blend)?;
-                        let normals = skin_normals(context, &model.character, &pose, blend)?;
+                        let points = skin(context, &model.character, &pose, model.blend)?;
+                        let normals = skin_normals(context, &model.character, &pose, model.blend)?;
                         place.insert(Posed { points, normals })
                     }
                 };

@@ -13,7 +13,7 @@ use relievo_render::virtual_vertex::{DeviceMesh, Placed, Rasterizer, Shape};
 use relievo_render::{
     Camera, FalseColor, Frame as Pixels, Material, Mesh, NO_OBJECT, Picture, Scene, View, compare_geometry,
 };
-use relievo_scene::walking::{DeviceStandIns, Look, StandIns};
+use relievo_scene::walking::{DeviceStandIns, Look, StandIns, with_shadows};
 use relievo_testing::{Random, device};
 
 #[expect(dead_code, reason = "the tests of crowds use more of it")]
@@ -24,7 +24,7 @@ const MATERIAL: Material = Material { base_color: [0.6, 0.5, 0.4], specular: 0.0
 const GROUND: Material = Material { base_color: [0.4; 3], specular: 0.0, roughness: 1.0 };
 
 /// Returns 120 agents of two models, one with normals and a morph target; some are mirrored or stretched.
-fn crowd() -> Crowd {
+fn crowd(blend: Blend) -> Crowd {
     let context = Context::serial();
     let mut swelling = arm::swelling_arm(24, 12);
     let mesh = &mut swelling.meshes[0].mesh;
@@ -34,7 +34,8 @@ fn crowd() -> Crowd {
     mesh.attributes.push(Attribute { name: "normal".into(), domain: Domain::Point, width: 3, values, indices: None });
     let settings = BuildSettings { cluster_triangles: 20, pose_rate: 8.0, ..BuildSettings::default() };
     let swelling = CrowdModel::build(&context, &swelling, &[0], &settings, &mut Silent).unwrap();
-    let mut crowd = Crowd::new(vec![Arc::new(arm::built(16, 10)), Arc::new(swelling)]);
+    let models = [arm::built(16, 10), swelling];
+    let mut crowd = Crowd::new(models.map(|model| Arc::new(model.with_blend(&context, blend).unwrap())).to_vec());
     let mut random = Random(5);
     for index in 0..120 {
         let mut spread = |from: f64, to: f64| from + (to - from) * f64::from(random.unit());
@@ -69,10 +70,9 @@ struct Way {
     pixels: f32,
     geomorph: bool,
     impostors: bool,
-    blend: Blend,
 }
 
-const PLAIN: Way = Way { pixels: 0.5, geomorph: false, impostors: false, blend: Blend::Linear };
+const PLAIN: Way = Way { pixels: 0.5, geomorph: false, impostors: false };
 
 /// Returns what a view sees of a crowd.
 fn seen_by(view: &View, way: Way) -> CrowdView {
@@ -114,15 +114,25 @@ fn ground() -> Mesh {
 
 /// Draws a crowd both ways at a time, with a ground where there are shadows.
 fn draw(device: &Device, crowd: &mut Crowd, on: &mut DeviceStandIns, (view, time, way): (&View, f64, Way)) -> Both {
-    let context = Context::serial();
+    let seen = with_shadows(crowd, &seen_by(view, way), view);
+    draw_seen(device, crowd, on, (view, time, &seen))
+}
+
+/// Draws what a view sees of a crowd both ways at a time.
+fn draw_seen(
+    device: &Device,
+    crowd: &mut Crowd,
+    on: &mut DeviceStandIns,
+    (view, time, seen): (&View, f64, &CrowdView),
+) -> Both {
     let (camera, settings) = (&view.camera, &view.settings);
-    let seen = seen_by(view, way);
+    let context = Context::serial();
     let mut frame = Frame::default();
-    crowd.cut(&context, &seen, &mut frame).unwrap();
+    crowd.cut(&context, seen, &mut frame).unwrap();
     let mut scene = Scene::new().unwrap();
     let shown = (&*crowd, &frame, time, camera.eye);
     let tag = |_: u32, _: &Cluster, number: u32, _: u32| number;
-    StandIns::default().show(&context, &mut scene, shown, way.blend, MATERIAL, &tag).unwrap();
+    StandIns::default().show(&context, &mut scene, shown, MATERIAL, &tag).unwrap();
     let on_ground = DeviceMesh::new(device, &ground(), &GROUND).unwrap();
     let mut placed = Vec::new();
     if settings.shadows.is_on() {
@@ -136,7 +146,7 @@ fn draw(device: &Device, crowd: &mut Crowd, on: &mut DeviceStandIns, (view, time
         // The caster's objects are the agents in view, one after the other.
         *object = frame.drawn.get(*object as usize).map_or(u32::MAX - 2, |drawn| drawn.0);
     }
-    let counts = on.update(&context, crowd, (&seen, time), None).unwrap();
+    let counts = on.update(&context, crowd, (seen, time), None).unwrap();
     assert_eq!(u64::from(counts.triangles), frame.triangles);
     assert_eq!((counts.agents + counts.impostors) as usize, frame.drawn.len());
     assert_eq!(counts.impostors as usize, frame.impostors().len());
@@ -179,10 +189,9 @@ fn write(name: &str, both: &Both) {
 #[test]
 fn a_crowd_on_a_device_is_that_of_the_ray_caster() {
     let Some(device) = device() else { return };
-    let mut crowd = crowd();
+    let mut crowd = crowd(Blend::Linear);
     let tag = |_: &CrowdModel, cluster: u32, _: u32| cluster;
-    let mut on =
-        DeviceStandIns::new(&device, &crowd, Look { tag: Some(&tag), lines: false, blend: Blend::Linear }).unwrap();
+    let mut on = DeviceStandIns::new(&device, &crowd, Look { tag: Some(&tag), lines: false }).unwrap();
     let mut view = view();
     for time in [0.0, 0.4] {
         let both = draw(&device, &mut crowd, &mut on, (&view, time, PLAIN));
@@ -205,8 +214,8 @@ fn a_crowd_on_a_device_is_that_of_the_ray_caster() {
 fn agents_have_colours_and_lines_of_their_own_and_may_all_go() {
     let Some(device) = device() else { return };
     let context = Context::serial();
-    let mut crowd = crowd();
-    let mut on = DeviceStandIns::new(&device, &crowd, Look { tag: None, lines: true, blend: Blend::Linear }).unwrap();
+    let mut crowd = crowd(Blend::Linear);
+    let mut on = DeviceStandIns::new(&device, &crowd, Look { tag: None, lines: true }).unwrap();
     let mut view = view();
     let mut drawn = |view: &View, seen: &CrowdView| {
         let counts = on.update(&context, &crowd, (seen, 0.0), None).unwrap();
@@ -234,13 +243,13 @@ fn agents_have_colours_and_lines_of_their_own_and_may_all_go() {
 #[test]
 fn moving_vertices_weights_and_dual_quaternions_are_in_pictures() {
     let Some(device) = device() else { return };
-    let (mut crowd, view) = (crowd(), view());
+    let (mut crowd, view) = (crowd(Blend::DualQuaternion), view());
     for agent in (1..120).step_by(6) {
         crowd.set_weights(agent, Some(&[1.5])).unwrap();
     }
     let tag = |_: &CrowdModel, cluster: u32, _: u32| cluster;
-    let way = Way { pixels: 2.0, geomorph: true, blend: Blend::DualQuaternion, ..PLAIN };
-    let look = Look { tag: Some(&tag), lines: false, blend: way.blend };
+    let way = Way { pixels: 2.0, geomorph: true, ..PLAIN };
+    let look = Look { tag: Some(&tag), lines: false };
     let mut on = DeviceStandIns::new(&device, &crowd, look).unwrap();
     let both = draw(&device, &mut crowd, &mut on, (&view, 0.4, way));
     write("moving", &both);
@@ -250,9 +259,9 @@ fn moving_vertices_weights_and_dual_quaternions_are_in_pictures() {
 #[test]
 fn impostors_on_a_device_are_those_of_the_ray_caster() {
     let Some(device) = device() else { return };
-    let (mut crowd, mut view) = (crowd(), view());
+    let (mut crowd, mut view) = (crowd(Blend::Linear), view());
     let tag = |_: &CrowdModel, cluster: u32, _: u32| cluster;
-    let look = Look { tag: Some(&tag), lines: false, blend: Blend::Linear };
+    let look = Look { tag: Some(&tag), lines: false };
     let mut on = DeviceStandIns::new(&device, &crowd, look).unwrap();
     for (pixels, shadows) in [(3.0, Switch::OFF), (8.0, Switch::OFF), (8.0, Switch::ON)] {
         view.settings.shadows = shadows;
@@ -265,5 +274,47 @@ fn impostors_on_a_device_are_those_of_the_ray_caster() {
         } else {
             both.assert_alike();
         }
+    }
+}
+
+#[test]
+fn agents_beside_a_picture_throw_their_shadows_into_it() {
+    let Some(device) = device() else { return };
+    let mut crowd = Crowd::new(vec![Arc::new(arm::built(16, 10))]);
+    // To the left of the picture, behind the camera, far to the right, and in the middle.
+    for place in [[-12.0, -6.0], [-2.0, 20.0], [60.0, -20.0], [1.0, -4.0]] {
+        let transform = DAffine3::from_translation(DVec3::new(place[0], 0.0, place[1]));
+        crowd.add(Agent { model: 0, clip: 0, phase: 0.0, transform }).unwrap();
+    }
+    let mut view = view();
+    view.camera = Camera::look_at(DVec3::new(0.0, 5.0, 14.0), DVec3::new(0.0, 0.0, -6.0), DVec3::Y, 0.5).unwrap();
+    view.settings.shadows = Switch::ON;
+    // The second sun shines along the view, so that all agents may throw shadows into it.
+    for (direction, thrower) in [([-0.9, 0.25, 0.0], 0), ([0.0, 0.12, 0.9], 1)] {
+        view.lights.suns[0].direction = direction;
+        let plain = seen_by(&view, PLAIN);
+        let all = CrowdView { planes: Vec::new(), ..plain.clone() };
+        let some = with_shadows(&crowd, &plain, &view);
+        let mut frame = Frame::default();
+        crowd.cut(&Context::serial(), &some, &mut frame).unwrap();
+        let kept: Vec<u32> = frame.drawn.iter().map(|drawn| drawn.0).collect();
+        assert!(kept.contains(&thrower) && kept.contains(&3) && kept.contains(&2) == (thrower == 1), "{kept:?}");
+        let look = Look { tag: None, lines: false };
+        let mut on = DeviceStandIns::new(&device, &crowd, look).unwrap();
+        let [none, some, all] =
+            [plain, some, all].map(|seen| draw_seen(&device, &mut crowd, &mut on, (&view, 0.0, &seen)));
+        write(&format!("thrown_{thrower}"), &some);
+        for (none, some, all) in
+            [(&none.expected, &some.expected, &all.expected), (&none.found, &some.found, &all.found)]
+        {
+            // Nothing but the shadow is missing without it.
+            assert_eq!(some.color.data(), all.color.data());
+            let thrown = share(none, some, 0.02);
+            assert!(thrown > 0.004 && thrown < 0.2, "{thrown} of pixels are in the shadow");
+            assert!(some.object.iter().all(|object| *object != thrower), "{thrower} is in the picture");
+        }
+        let far = share(&some.expected, &some.found, 4.0 / 255.0);
+        println!("{far} of colours differ");
+        assert!(far < 0.03, "{far} of colours differ");
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use relievo_core::Context;
 use relievo_core::parameter::Switch;
-use relievo_crowd::{Agent, Blend, Cluster, Crowd, CrowdView, Drawn, Frame};
+use relievo_crowd::{Agent, Cluster, Crowd, CrowdView, Drawn, Frame};
 use relievo_render::{Camera, FalseColor, Frame as Pixels, Material, NO_OBJECT, Scene, View};
 use relievo_scene::walking::StandIns;
 
@@ -42,7 +42,7 @@ fn picture(tolerance: f32, impostors: bool) -> (Pixels, usize) {
     let mut scene = Scene::new().unwrap();
     let tag = |agent: u32, _: &Cluster, _: u32, _: u32| agent;
     let shown = (&crowd, &frame, 0.3, camera.eye);
-    StandIns::default().show(&context, &mut scene, shown, Blend::Linear, Material::default(), &tag).unwrap();
+    StandIns::default().show(&context, &mut scene, shown, Material::default(), &tag).unwrap();
     let quads = frame.drawn.iter().filter(|drawn| drawn.1 == Drawn::Impostor).count();
     (scene.render(&context, &view).unwrap(), quads)
 }

@@ -78,6 +78,23 @@ fn agents_walk_through_pictures() {
 }
 
 #[test]
+fn agents_out_of_sight_throw_shadows_into_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // The sun is at the side of x, where an agent stands beside the picture; its shadow is 0.55 units long.
+    let scene = SCENE.replace("[camera]", "[sun]\nelevation = 20\nazimuth = 0\n[camera]");
+    let brightness = |name: &str, agents: &str| {
+        write(folder, agents);
+        run_in(folder, name, &scene, Some((0, 0)), 1);
+        let picture = read_png(&folder.join(format!("{name}/beauty-000000.png")), u64::MAX).unwrap();
+        let place = |row: u32| (58..61).map(move |column| (column, row));
+        (29..35).flat_map(place).map(|(column, row)| picture.color(column, row)[1]).sum::<f32>()
+    };
+    let (lit, dark) = (brightness("lit", "30 0 0 0 1 0 0\n"), brightness("dark", "3.6 0 0 0 1 0 0\n"));
+    assert!(dark < 0.8 * lit, "{dark} of {lit}");
+}
+
+#[test]
 fn unusable_crowds_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
