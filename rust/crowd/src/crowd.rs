@@ -400,7 +400,7 @@ impl Crowd {
         derived.sharing[clip as usize].get_or_init(|| match found.blend {
             Blend::Linear => Sharing::of(&found.clips[clip as usize], &derived.bones, found.size()),
             // Differences of poses are bounded for matrices alone.
-            Blend::Dual => Sharing::default(),
+            Blend::DualQuaternion => Sharing::default(),
         })
     }
 
