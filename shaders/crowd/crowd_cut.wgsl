@@ -13,7 +13,7 @@ struct Call {
     capacity: u32,
     /// GEOMORPH and IMPOSTORS.
     options: u32,
-    /// Which agents: ALL or one of the others.
+    /// Which agents: VISIBLE or all.
     which: u32,
 }
 
@@ -64,12 +64,8 @@ var<immediate> call: Call;
 /// As in `crowd.rs`.
 const DEEP: f32 = 0.25;
 const SLACK: f32 = 1e-6;
-/// Which agents a call looks at.
-const ALL: u32 = 0u;
-/// Those that were seen in the last frame.
-const OCCLUDERS: u32 = 1u;
+/// Looks at the agents that no others hide; otherwise at all.
 const VISIBLE: u32 = 2u;
-const BEHIND: u32 = 3u;
 
 /// Lists all agents with the first matrices of their poses, by which they are sorted before buckets; those with weights of their
 /// own come first.
@@ -87,12 +83,7 @@ fn enlist(
 }
 
 fn is_chosen(agent: u32) -> bool {
-    switch call.which {
-        case OCCLUDERS: { return (states[agent] & SEEN) != 0u; }
-        case VISIBLE: { return (states[agent] & HIDDEN) == 0u; }
-        case BEHIND: { return (states[agent] & HIDDEN) != 0u; }
-        default: { return true; }
-    }
+    return call.which != VISIBLE || (states[agent] & HIDDEN) == 0u;
 }
 
 /// Gives every agent its bucket.

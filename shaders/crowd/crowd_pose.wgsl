@@ -2,7 +2,8 @@
 // import octahedron
 // import affine
 // The clusters that a view draws, posed: skinning as `rust/crowd/src/skinning.rs`, by blended matrices or dual quaternions.
-// Instances of a draw in one pose, a run, share its posed vertices. Corners of triangles name such a vertex and an instance.
+// Instances of a draw in one pose, a run, share its posed vertices. Corners of triangles name such a vertex and an instance. Where
+// agents are culled by occlusion there are two passes: what was seen in the last frame, whose vertices the second pass finds posed.
 
 struct Call {
     agents: u32,
@@ -10,6 +11,10 @@ struct Call {
     draws: u32,
     posed: u32,
     corners: u32,
+    /// Which instances are drawn: ALL or one of the others.
+    which: u32,
+    /// 0 or 1.
+    pass_number: u32,
 }
 
 struct Vertex {
@@ -59,19 +64,28 @@ struct Posed {
 @group(0) @binding(3) var<storage, read> counts: array<u32>;
 /// For each model where its clusters begin in this list, then for each cluster its first vertex and how many it has.
 @group(0) @binding(4) var<storage, read> clusters: array<vec2<u32>>;
-/// 1 where a run begins; then how many begin before.
 /// How far the vertices of each draw are on the way to their targets, 0 to 1.
 @group(0) @binding(5) var<storage, read> blends: array<f32>;
+/// For each agent SEEN if it was in the last frame, and HIDDEN.
+@group(0) @binding(6) var<storage, read> states: array<u32>;
+/// 1 where a run begins; then how many begin before.
 @group(1) @binding(0) var<storage, read_write> runs: array<u32>;
-/// The first instance of each run.
-@group(1) @binding(1) var<storage, read_write> run_firsts: array<u32>;
-/// How many posed vertices each draw has, then where they begin; the last is their end.
-@group(1) @binding(2) var<storage, read_write> posed_starts: array<u32>;
-/// The same of corners.
-@group(1) @binding(3) var<storage, read_write> corner_starts: array<u32>;
-@group(1) @binding(4) var<storage, read_write> posed: array<Posed>;
-@group(1) @binding(5) var<storage, read_write> corners: array<vec2<u32>>;
-@group(1) @binding(6) var<storage, read_write> arguments: array<u32>;
+/// 1 for each instance that is drawn; then how many are before.
+@group(1) @binding(1) var<storage, read_write> marks: array<u32>;
+/// The first instance of each run; then the instances that are drawn; then the fresh runs.
+@group(1) @binding(2) var<storage, read_write> lists: array<u32>;
+/// 1 for each fresh run, which is drawn and was not in the pass before; then how many are before.
+@group(1) @binding(3) var<storage, read_write> fresh: array<u32>;
+/// How many vertices this pass poses for each draw, then where they begin; the last is their end.
+@group(1) @binding(4) var<storage, read_write> posed_starts: array<u32>;
+/// The same of corners that are drawn.
+@group(1) @binding(5) var<storage, read_write> corner_starts: array<u32>;
+/// The vertices of the first pass, then those of the second.
+@group(1) @binding(6) var<storage, read_write> posed: array<Posed>;
+@group(1) @binding(7) var<storage, read_write> corners: array<vec2<u32>>;
+@group(1) @binding(8) var<storage, read_write> arguments: array<u32>;
+/// How many vertices there would be to pose if all instances were drawn.
+@group(1) @binding(9) var<storage, read_write> total: atomic<u32>;
 @group(2) @binding(0) var<storage, read> vertices: array<Vertex>;
 @group(2) @binding(1) var<storage, read> cluster_vertices: array<ClusterVertex>;
 /// Of vertices of the cluster, three a triangle.
@@ -82,9 +96,25 @@ struct Posed {
 @group(2) @binding(4) var<storage, read> weights: array<f32>;
 /// Offsets, and the bits of the morph target of each.
 @group(2) @binding(5) var<storage, read> offsets: array<vec4<f32>>;
+/// Those of the pass before; the first pass does not read them.
+@group(2) @binding(6) var<storage, read> fresh_before: array<u32>;
+@group(2) @binding(7) var<storage, read> posed_before: array<u32>;
 var<immediate> call: Call;
 /// 1 to blend bones as dual quaternions.
 override DUAL: u32 = 0u;
+/// Which instances are drawn, as in `crowd_cut.wgsl`, and the states of their agents.
+const OCCLUDERS: u32 = 1u;
+const VISIBLE: u32 = 2u;
+const SEEN: u32 = 1u;
+const HIDDEN: u32 = 2u;
+
+fn is_chosen(agent: u32) -> bool {
+    switch call.which {
+        case OCCLUDERS: { return (states[agent] & SEEN) != 0u; }
+        case VISIBLE: { return (states[agent] & HIDDEN) == 0u; }
+        default: { return true; }
+    }
+}
 
 @compute @workgroup_size(GROUP)
 fn mark_runs(
@@ -97,13 +127,19 @@ fn mark_runs(
         return;
     }
     var begins = false;
+    var is_drawn = false;
     if at < counts[0] {
         let before = max(at, 1u) - 1u;
         let is_posed_alike = instances[at].first_matrix == instances[before].first_matrix
             && instances[at].first_weight == instances[before].first_weight;
         begins = at == 0u || !is_posed_alike;
+        is_drawn = is_chosen(instances[at].number);
     }
-    runs[at] = u32(begins);
+    marks[at] = u32(is_drawn);
+    // The second pass has the runs of the first.
+    if call.pass_number == 0u {
+        runs[at] = u32(begins);
+    }
 }
 
 /// The run of an instance, after sums.
@@ -115,6 +151,67 @@ fn cluster_of(draw: u32) -> vec2<u32> {
     return clusters[clusters[drawn[draw].x].x + drawn[draw].y];
 }
 
+/// Begins runs where draws do, so that a run is of one draw's instances.
+@compute @workgroup_size(GROUP)
+fn split_runs(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let draw = linear_item(group, groups, local);
+    if draw < min(counts[1], call.draws) {
+        runs[draws[5u * draw + 4u]] = 1u;
+    }
+}
+
+/// Lists the first instances of runs, and the instances that are drawn.
+@compute @workgroup_size(GROUP)
+fn list_runs(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let at = linear_item(group, groups, local);
+    if at >= counts[0] {
+        return;
+    }
+    if runs[at + 1u] != runs[at] {
+        lists[runs[at]] = at;
+    }
+    if marks[at + 1u] != marks[at] {
+        lists[call.agents + marks[at]] = at;
+    }
+}
+
+/// Whether a run has its vertices from the pass before.
+fn is_known(run: u32) -> bool {
+    return call.pass_number == 1u && fresh_before[run + 1u] != fresh_before[run];
+}
+
+/// Marks the runs that are drawn and have no vertices yet.
+@compute @workgroup_size(GROUP)
+fn mark_fresh(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let run = linear_item(group, groups, local);
+    if run > call.agents {
+        return;
+    }
+    let seen = counts[0];
+    let count = runs[seen];
+    var is_fresh = false;
+    if run < count && !is_known(run) {
+        var end = seen;
+        if run + 1u < count {
+            end = lists[run + 1u];
+        }
+        is_fresh = marks[end] != marks[lists[run]];
+    }
+    fresh[run] = u32(is_fresh);
+}
+
 @compute @workgroup_size(GROUP)
 fn count_parts(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -122,18 +219,23 @@ fn count_parts(
     @builtin(local_invocation_index) local: u32,
 ) {
     let at = linear_item(group, groups, local);
-    if at < counts[0] && runs[at + 1u] != runs[at] {
-        run_firsts[runs[at]] = at;
+    if at < call.agents && fresh[at + 1u] != fresh[at] {
+        lists[2u * call.agents + fresh[at]] = at;
     }
     if at > call.draws {
         return;
     }
     var parts = vec2(0u);
     if at < min(counts[1], call.draws) {
-        let count = draws[5u * at + 1u];
         let first = draws[5u * at + 4u];
-        let own = run_of(first + count - 1u) - run_of(first) + 1u;
-        parts = vec2(own * cluster_of(at).y, draws[5u * at] * count);
+        let end = first + draws[5u * at + 1u];
+        let first_run = run_of(first);
+        let end_run = run_of(end - 1u) + 1u;
+        let vertices = cluster_of(at).y;
+        parts = vec2((fresh[end_run] - fresh[first_run]) * vertices, (marks[end] - marks[first]) * draws[5u * at]);
+        if call.pass_number == 0u {
+            atomicAdd(&total, (end_run - first_run) * vertices);
+        }
     }
     posed_starts[at] = parts.x;
     corner_starts[at] = parts.y;
@@ -257,15 +359,19 @@ fn pose_vertices(
     @builtin(local_invocation_index) local: u32,
 ) {
     let at = linear_item(group, groups, local);
-    if at >= min(posed_starts[call.draws], call.posed) {
+    var before = 0u;
+    if call.pass_number == 1u {
+        before = min(posed_before[call.draws], call.posed);
+    }
+    if at >= min(posed_starts[call.draws], call.posed - before) {
         return;
     }
     let draw = draw_of(false, at);
     let cluster = cluster_of(draw);
     let own = at - posed_starts[draw];
-    let run = run_of(draws[5u * draw + 4u]) + own / cluster.y;
+    let run = lists[2u * call.agents + fresh[run_of(draws[5u * draw + 4u])] + own / cluster.y];
     let found = cluster_vertices[cluster.x + own % cluster.y];
-    let instance = run_firsts[run];
+    let instance = lists[run];
     var place = place_of(found.vertex, instance);
     let blend = blends[draw];
     if blend > 0.0 && found.target_vertex != found.vertex {
@@ -273,7 +379,7 @@ fn pose_vertices(
         place.p += blend * (end.p - place.p);
         place.normal += blend * (end.normal - place.normal);
     }
-    posed[at] = Posed(place.p, octahedral_bits(place.normal), found.tag, found.corner);
+    posed[before + at] = Posed(place.p, octahedral_bits(place.normal), found.tag, found.corner);
 }
 
 @compute @workgroup_size(GROUP)
@@ -294,7 +400,7 @@ fn write_corners(
     let draw = draw_of(true, at);
     let own = at - corner_starts[draw];
     let first = draws[5u * draw + 4u];
-    let instance = first + own / draws[5u * draw];
+    let instance = lists[call.agents + marks[first] + own / draws[5u * draw]];
     let index = own % draws[5u * draw];
     let rows = instances[instance].transform;
     // A mirror turns triangles over: two of their corners change places.
@@ -303,6 +409,13 @@ fn write_corners(
         corner = (3u - corner) % 3u;
     }
     let vertex = indices[draws[5u * draw + 2u] + index - index % 3u + corner];
-    let before = (run_of(instance) - run_of(first)) * cluster_of(draw).y;
-    corners[at] = vec2(posed_starts[draw] + before + vertex, instance);
+    let run = run_of(instance);
+    let first_run = run_of(first);
+    var start = posed_starts[draw] + (fresh[run] - fresh[first_run]) * cluster_of(draw).y;
+    if is_known(run) {
+        start = posed_before[draw] + (fresh_before[run] - fresh_before[first_run]) * cluster_of(draw).y;
+    } else if call.pass_number == 1u {
+        start += posed_before[call.draws];
+    }
+    corners[at] = vec2(start + vertex, instance);
 }

@@ -325,8 +325,10 @@ fn agents_walk_and_hide_others() {
         relievo_render::read_png(&at.join(name), u64::MAX).unwrap()
     };
     let one = render("one.png", &[]);
-    // Agents that are left out change no pixel.
-    assert_eq!(render("culled.png", &["--occlusion"]), one);
+    // Agents that are left out change no pixel, and where there are shadows none is.
+    let unshadowed = render("unshadowed.png", &["--unshadowed"]);
+    assert_eq!(render("culled.png", &["--unshadowed", "--occlusion"]), unshadowed);
+    assert_eq!(render("thrown.png", &["--occlusion"]), one);
     if !relievo_gpu::adapters().is_empty() {
         let on_device = ["--device", "gpu", "--unshadowed", "--frames", "2", "--step", "0.5"];
         let culled = [&on_device[..], &["--occlusion"]].concat();

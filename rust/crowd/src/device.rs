@@ -10,6 +10,7 @@ mod occlusion;
 mod own;
 mod pose;
 mod quads;
+mod room;
 mod rows;
 mod shared;
 mod work;
@@ -18,7 +19,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Buffer, Device, Frame, GROUP, groups};
 
 pub use self::draws::DeviceDraws;
-pub use self::occlusion::DeviceOcclusion;
+pub use self::occlusion::{DeviceOcclusion, DeviceUnhidden};
 pub use self::pose::{DevicePosed, DevicePoser, Look};
 pub use self::quads::DeviceQuads;
 pub use self::rows::DeviceInstance;
@@ -58,7 +59,7 @@ impl DeviceCounted {
     }
 }
 
-/// Which agents a cut looks at, as in the kernels.
+/// Which agents a cut looks at, or is posed of it, as in the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
     All = 0,
@@ -66,7 +67,6 @@ enum Part {
     Occluders = 1,
     /// Agents that no others hide.
     Visible = 2,
-    Hidden = 3,
 }
 
 /// A crowd on a device.

@@ -47,7 +47,7 @@ pub use clip::{BoneMatrix, Clip, MOST_POSES, Pose};
 pub use crowd::{Agent, Crowd, Drawn, Frame, MOST_AGENTS, PoseKey};
 pub use device::{
     DeviceCounted, DeviceCrowd, DeviceDraws, DeviceInstance, DeviceOcclusion, DevicePosed, DevicePoser, DeviceQuads,
-    Look,
+    DeviceUnhidden, Look,
 };
 pub use draws::{Draw, DrawList, Instance};
 pub use export::{Exported, LevelSettings, MOST_LEVELS};

@@ -69,8 +69,8 @@ pub struct Occlusion {
     rest: Rest,
 }
 
-/// When culling rests: after some frames with a loss, for a while. It counts triangles, not time, so that frames do not depend on
-/// the machine.
+/// When culling rests: after some frames with a loss, for a while. It counts work, not time, so that frames do not depend on the
+/// machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rest {
     losses: u32,
@@ -85,9 +85,9 @@ impl Rest {
         rests
     }
 
-    /// Counts a frame in which culling did not rest.
-    pub fn count(&mut self, found: &Culled) {
-        self.losses = if found.hidden_triangles < found.occluder_triangles { self.losses + 1 } else { 0 };
+    /// Counts a frame in which culling did not rest, with the work that it saved and spent.
+    pub fn count(&mut self, saved: u64, spent: u64) {
+        self.losses = if saved < spent { self.losses + 1 } else { 0 };
         if self.losses >= LOSSES {
             *self = Self { losses: 0, frames: REST };
         }
@@ -163,7 +163,7 @@ impl Occlusion {
         let mut hidden = is_hidden.into_iter();
         frame.drawn.retain(|_| !hidden.next().unwrap_or_default());
         self.remember(frame);
-        self.rest.count(&found);
+        self.rest.count(found.hidden_triangles, found.occluder_triangles);
         Ok(found)
     }
 

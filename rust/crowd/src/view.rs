@@ -116,7 +116,8 @@ impl Crowd {
 }
 
 /// Returns planes around what planes enclose and all from which light in a direction, or in one that is at most `radius` from it,
-/// goes there: those that such light does not enter by, and for each two others one through their common line that it is parallel to.
+/// goes there: planes that such light does not enter by, and through the common line of one of these and one of the others a plane
+/// that it runs along.
 fn swept(planes: &[DVec4], away: DVec3, radius: f64) -> Vec<DVec4> {
     if away == DVec3::ZERO {
         return planes.to_vec();

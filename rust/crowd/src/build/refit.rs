@@ -108,7 +108,7 @@ impl CrowdModel {
         Ok((made, found))
     }
 
-    /// Returns the clusters that each group is made of, and those that it makes.
+    /// Returns the clusters that each group is made of, and the clusters that it makes.
     pub(crate) fn joined(&self) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
         let mut before: Vec<Vec<u32>> = vec![Vec::new(); self.groups.len()];
         let mut after = before.clone();

@@ -1,24 +1,33 @@
 //! Culling by occlusion on a device (Section 5.2, `shaders/crowd/crowd_occlusion.wgsl`): agents that others hide are not drawn.
 //!
-//! Agents that were seen in the last frame are cut, posed and drawn as depths at the middles of pixels first. Of these a pyramid is
-//! made, whose levels have the farthest of two by two depths below. An agent is hidden if a level on which its box has few
-//! places is nearer than the front of its box at all of them. The box is a pixel wider on each side, and has to begin a share of
-//! 1e-4 behind the depths, so that a picture with one sample in the middle of each pixel is the same as without culling. It
-//! rests where occluders have more triangles than they hide, as the processor's [`Occlusion`](crate::Occlusion).
+//! Agents in view that were seen in the last frame are posed and drawn as depths at the middles of pixels first. Of these a pyramid
+//! is made, whose levels have the farthest of two by two depths below. An agent is hidden if a level on which its box has few places
+//! is nearer than the front of its box at all of them. The box is a pixel wider on each side, and has to begin a share of
+//! 1e-4 behind the depths, so that a picture with one sample in the middle of each pixel is the same as without culling. Then
+//! what is missing of the agents that are not hidden is posed. Culling rests where it costs more than it saves, which is counted in
+//! vertices, triangles and pixels, not in time.
 
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::{Access, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, groups};
+use relievo_gpu::{Access, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Readback, groups};
 use relievo_render::Camera;
 use relievo_render::virtual_vertex::DepthMap;
 
-use super::pose::DevicePoser;
+use super::pose::{DevicePosed, DevicePoser, larger};
+use super::room::Ends;
 use super::{DeviceCounted, DeviceCrowd, Part};
 use crate::crowd::Crowd;
 use crate::occlusion::{Culled, PixelView, Rest};
 use crate::view::CrowdView;
+
+/// What a device in software does for a posed vertex, a triangle of a picture, one of depths, and a pixel of depths and pyramid, in
+/// 64ths of what it does for a vertex.
+const VERTEX: u64 = 64;
+const TRIANGLE: u64 = 128;
+const DEPTHS: u64 = 112;
+const PIXEL: u64 = 4;
 
 /// As in the kernels.
 #[repr(C)]
@@ -56,6 +65,21 @@ impl Pyramid {
             sizes,
         })
     }
+}
+
+/// What is drawn of a view without the agents that others hide, posed on a device.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DeviceUnhidden {
+    /// What the lists on the device have: all agents in view, hidden ones too.
+    pub listed: DeviceCounted,
+    /// What is drawn. Its draws are those of the lists.
+    pub drawn: DeviceCounted,
+    /// What was posed, occluders included.
+    pub posed: DevicePosed,
+    /// What culling did.
+    pub culled: Culled,
+    /// Agents among the listed impostors that others hide, ascending.
+    pub hidden_quads: Vec<u32>,
 }
 
 /// The state of culling between frames on a device.
@@ -96,7 +120,8 @@ impl DeviceOcclusion {
     }
 
     /// Cuts a view at `time` seconds without the agents that others hide, and leaves the draws on the device. Makes room for more
-    /// draws where there are more. In the first frame all agents in view count as seen in the frame before.
+    /// draws where there are more. In the first frame all agents in view count as seen in the frame before. What the poser had
+    /// is lost.
     ///
     /// # Errors
     /// As [`DeviceCrowd::record`], or the view has no pixels or more than the device can draw.
@@ -107,52 +132,123 @@ impl DeviceOcclusion {
         (view, time): (&CrowdView, f64),
         pixels: &PixelView,
     ) -> Result<(DeviceCounted, Culled)> {
-        pixels.check()?;
-        if crowd.agents().is_empty() || self.rest.is_resting() {
-            on.forget_seen()?;
+        if self.rests(crowd, on, pixels)? {
             let counted = on.update(context, crowd, view, time)?;
             return Ok((counted, Culled { is_resting: true, ..Culled::default() }));
-        }
-        self.depths.resize(pixels.size)?;
-        if self.pyramid.as_ref().is_none_or(|pyramid| pyramid.size != pixels.size) {
-            self.pyramid = Some(Pyramid::new(&self.device, pixels.size)?);
         }
         loop {
             on.send(context, crowd, (view, time))?;
             poser.fit(crowd, on.room())?;
             let mut frame = self.device.frame()?;
-            on.record_part(Part::Occluders, &mut frame)?;
-            let occluders = frame.read(on.counts(), 0..4)?;
-            poser.record(on, &mut frame)?;
-            let ends = poser.read_ends(&mut frame)?;
-            self.record(on, poser, pixels, &mut frame)?;
-            on.record_part(Part::Hidden, &mut frame)?;
-            let hidden = frame.read(on.counts(), 0..4)?;
+            let (all, first) = self.test(on, poser, pixels, &mut frame)?;
             on.record_part(Part::Visible, &mut frame)?;
             let visible = frame.read(on.counts(), 0..4)?;
             let _ = frame.submit()?;
-            let [occluders, hidden, visible] =
-                [occluders, hidden, visible].map(|counts| DeviceCounted::read(counts.get(&self.device)?));
-            let (occluders, hidden, visible) = (occluders?, hidden?, visible?);
-            let draws = occluders.draws.max(visible.draws);
-            if draws > on.room() {
-                on.make_room(draws)?;
+            let [all, visible] = [all, visible].map(|counts| DeviceCounted::read(counts.get(&self.device)?));
+            let (all, visible, first) = (all?, visible?, first.get(&self.device)?);
+            let needed = DevicePosed { vertices: first.vertices, corners: first.corners };
+            if make_room(on, poser, (all, needed))? {
                 continue;
             }
-            // Occluders that were left out hide nothing: the frame is right, and may have more than it needs.
-            if poser.grow(ends.get(&self.device)?)? {
-                continue;
-            }
-            let triangles = |counted: DeviceCounted| u64::from(counted.triangles) + 2 * u64::from(counted.impostors);
             let culled = Culled {
-                hidden: hidden.agents + hidden.impostors,
-                hidden_triangles: triangles(hidden),
-                occluder_triangles: triangles(occluders),
+                hidden: all.agents + all.impostors - visible.agents - visible.impostors,
+                hidden_triangles: triangles(all) - triangles(visible),
+                occluder_triangles: u64::from(first.corners / 3),
                 is_resting: false,
             };
-            self.rest.count(&culled);
+            // The host poses what is drawn, so occluders were posed for depths alone.
+            let share = culled.hidden_triangles as f64 / triangles(all).max(1) as f64;
+            let hidden_vertices = (share * f64::from(first.all_vertices)) as u64;
+            self.rest.count(saved(&culled, hidden_vertices), spent(&culled, u64::from(first.vertices), pixels));
             return Ok((visible, culled));
         }
+    }
+
+    /// Cuts a view at `time` seconds and poses it without the agents that others hide: first what was seen in the last frame, then
+    /// what is missing, so that no vertex is posed twice. The lists on the device are those of all agents in view. Makes room where
+    /// there is too little.
+    ///
+    /// # Errors
+    /// As [`Self::update`].
+    pub fn pose(
+        &mut self,
+        context: &Context,
+        (crowd, on, poser): (&Crowd, &mut DeviceCrowd, &mut DevicePoser),
+        (view, time): (&CrowdView, f64),
+        pixels: &PixelView,
+    ) -> Result<DeviceUnhidden> {
+        if self.rests(crowd, on, pixels)? {
+            let (listed, posed) = poser.update(context, (crowd, on), (view, time))?;
+            let culled = Culled { is_resting: true, ..Culled::default() };
+            return Ok(DeviceUnhidden { listed, drawn: listed, posed, culled, hidden_quads: Vec::new() });
+        }
+        loop {
+            on.send(context, crowd, (view, time))?;
+            poser.fit(crowd, on.room())?;
+            let mut frame = self.device.frame()?;
+            let (all, first) = self.test(on, poser, pixels, &mut frame)?;
+            poser.record(on, (Part::Visible, 1), &mut frame)?;
+            let second = poser.read_ends(1, &mut frame)?;
+            let _ = frame.submit()?;
+            let listed = DeviceCounted::read(all.get(&self.device)?)?;
+            let (first, second) = (first.get(&self.device)?, second.get(&self.device)?);
+            let vertices = first.vertices.saturating_add(second.vertices);
+            let needed = DevicePosed { vertices, corners: first.corners.max(second.corners) };
+            if make_room(on, poser, (listed, needed))? {
+                continue;
+            }
+            let hidden = if listed.impostors > 0 { on.hidden()? } else { Vec::new() };
+            let mut hidden_quads = on.impostors(listed)?;
+            hidden_quads.retain(|agent| hidden.binary_search(agent).is_ok());
+            hidden_quads.sort_unstable();
+            let drawn = DeviceCounted {
+                agents: second.agents,
+                triangles: second.corners / 3,
+                impostors: listed.impostors - hidden_quads.len() as u32,
+                ..listed
+            };
+            let culled = Culled {
+                hidden: listed.agents + listed.impostors - drawn.agents - drawn.impostors,
+                hidden_triangles: triangles(listed) - triangles(drawn),
+                occluder_triangles: u64::from(first.corners / 3),
+                is_resting: false,
+            };
+            let hidden_vertices = u64::from(first.all_vertices.saturating_sub(vertices));
+            self.rest.count(saved(&culled, hidden_vertices), spent(&culled, 0, pixels));
+            let posed = DevicePosed { vertices, corners: second.corners };
+            return Ok(DeviceUnhidden { listed, drawn, posed, culled, hidden_quads });
+        }
+    }
+
+    /// Returns whether culling rests in this frame. If not, makes room for the picture.
+    fn rests(&mut self, crowd: &Crowd, on: &DeviceCrowd, pixels: &PixelView) -> Result<bool> {
+        pixels.check()?;
+        if crowd.agents().is_empty() || self.rest.is_resting() {
+            on.forget_seen()?;
+            return Ok(true);
+        }
+        self.depths.resize(pixels.size)?;
+        if self.pyramid.as_ref().is_none_or(|pyramid| pyramid.size != pixels.size) {
+            self.pyramid = Some(Pyramid::new(&self.device, pixels.size)?);
+        }
+        Ok(false)
+    }
+
+    /// Records the cut of all agents, the posing of occluders, which were seen in the last frame, and which agents they hide.
+    /// Returns what will be counted.
+    fn test(
+        &self,
+        on: &DeviceCrowd,
+        poser: &DevicePoser,
+        pixels: &PixelView,
+        frame: &mut Frame,
+    ) -> Result<(Readback<u32>, Ends)> {
+        on.record_part(Part::All, frame)?;
+        let all = frame.read(on.counts(), 0..4)?;
+        poser.record(on, (Part::Occluders, 0), frame)?;
+        let first = poser.read_ends(0, frame)?;
+        self.record(on, poser, pixels, frame)?;
+        Ok((all, first))
     }
 
     /// Records depths, the pyramid, and which agents are hidden.
@@ -181,4 +277,32 @@ impl DeviceOcclusion {
         }
         pass.run(test_agents, &bound, bytemuck::bytes_of(&call(0)), groups(agents.div_ceil(GROUP)))
     }
+}
+
+/// Makes room for draws, vertices and corners. Returns whether there was too little.
+fn make_room(
+    on: &mut DeviceCrowd,
+    poser: &mut DevicePoser,
+    (listed, needed): (DeviceCounted, DevicePosed),
+) -> Result<bool> {
+    if listed.draws > on.room() {
+        on.make_room(larger(listed.draws))?;
+        return Ok(true);
+    }
+    poser.grow(needed)
+}
+
+fn triangles(counted: DeviceCounted) -> u64 {
+    u64::from(counted.triangles) + 2 * u64::from(counted.impostors)
+}
+
+/// Returns what hidden agents would have cost.
+fn saved(culled: &Culled, vertices: u64) -> u64 {
+    VERTEX * vertices + TRIANGLE * culled.hidden_triangles
+}
+
+/// Returns what culling cost: vertices that were posed for it alone, triangles of depths, and a pyramid.
+fn spent(culled: &Culled, vertices: u64, pixels: &PixelView) -> u64 {
+    let [width, height] = pixels.size.map(u64::from);
+    VERTEX * vertices + DEPTHS * culled.occluder_triangles + PIXEL * width * height
 }

@@ -1,7 +1,8 @@
 //! The clusters that a cut draws, posed on a device (Section 5.2, `shaders/crowd/crowd_pose.wgsl`).
 //!
 //! The device poses each vertex of a cluster once for all agents of a step in the same pose, and writes two numbers for each
-//! corner of each agent, which one indirect draw shows. The host reads nothing back but how much was written, by which it makes
+//! corner of each agent, which one indirect draw shows. Where it culls by occlusion, it poses what was seen in the last frame
+//! first, and then only what is missing of what is seen now. The host reads nothing back but how much was written, by which it makes
 //! room. Places of agents are 32-bit floats in the world.
 
 use std::collections::HashMap;
@@ -10,10 +11,11 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Readback, Scan, groups};
-use relievo_render::virtual_vertex::{INSTANCE_TAG, PosedMesh, PosedVertex};
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, groups};
+use relievo_render::virtual_vertex::{INSTANCE_TAG, PosedMesh};
 
-use super::{DeviceCounted, DeviceCrowd};
+use super::room::{Ended, Ends, Room};
+use super::{DeviceCounted, DeviceCrowd, Part};
 use crate::crowd::Crowd;
 use crate::hierarchy::CrowdModel;
 use crate::morph::MorphOffset;
@@ -33,6 +35,8 @@ struct Call {
     draws: u32,
     posed: u32,
     corners: u32,
+    which: u32,
+    pass_number: u32,
 }
 
 #[repr(C)]
@@ -48,7 +52,7 @@ struct VertexRow {
     padding: [u32; 2],
 }
 
-/// A vertex of a cluster: which of all vertices, and its tag and corner as [`PosedVertex`] has them; and where it goes.
+/// A vertex of a cluster: which of all vertices, and its tag and corner as [`PosedVertex`](relievo_render::virtual_vertex::PosedVertex) has them; and where it goes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
 struct ClusterVertex {
@@ -84,7 +88,7 @@ pub struct DevicePosed {
 pub struct DevicePoser {
     device: Device,
     models: Models,
-    kernels: [Arc<Kernel>; 4],
+    kernels: [Arc<Kernel>; 7],
     room: Room,
     bounds: [[f32; 3]; 2],
 }
@@ -166,59 +170,6 @@ impl Models {
     }
 }
 
-/// What is written for a view.
-#[derive(Debug)]
-struct Room {
-    agents: usize,
-    runs: Buffer<u32>,
-    run_firsts: Buffer<u32>,
-    starts: [Buffer<u32>; 2],
-    posed: Buffer<PosedVertex>,
-    corners: Buffer<[u32; 2]>,
-    arguments: Buffer<u32>,
-    /// Of runs, and of both starts.
-    scans: [Scan; 3],
-}
-
-impl Room {
-    fn new(device: &Device, agents: usize, [draws, posed, corners]: [u32; 3]) -> Result<Self> {
-        let runs = Buffer::new(device, "crowd runs", agents + 1)?;
-        let start = |label| Buffer::new(device, label, draws as usize + 1);
-        let starts = [start("crowd posed starts")?, start("crowd corner starts")?];
-        let arguments = Buffer::new(device, "crowd arguments", 4)?;
-        let scan = |items| Scan::new(device, items, &arguments);
-        Ok(Self {
-            agents,
-            scans: [scan(&runs)?, scan(&starts[0])?, scan(&starts[1])?],
-            runs,
-            run_firsts: Buffer::new(device, "crowd run firsts", agents)?,
-            starts,
-            posed: Buffer::new(device, "crowd posed vertices", posed as usize)?,
-            corners: Buffer::new(device, "crowd corners", corners as usize)?,
-            arguments,
-        })
-    }
-
-    /// Draws, posed vertices and corners.
-    fn sizes(&self) -> [u32; 3] {
-        [self.starts[0].len() - 1, self.posed.len(), self.corners.len()].map(|size| size as u32)
-    }
-}
-
-/// What was written of a frame, on its way back.
-pub(super) struct Ends([Readback<u32>; 2]);
-
-impl Ends {
-    /// Waits until the device has done it.
-    ///
-    /// # Errors
-    /// The device is lost.
-    pub fn get(self, device: &Device) -> Result<DevicePosed> {
-        let [vertices, corners] = self.0.map(|end| end.get(device)?.first().copied().ok_or_else(unread));
-        Ok(DevicePosed { vertices: vertices?, corners: corners? })
-    }
-}
-
 impl DevicePoser {
     /// Sends the vertices of the models of a crowd to a device.
     ///
@@ -235,14 +186,22 @@ impl DevicePoser {
             device.kernel(&KernelSpec {
                 module: "crowd_pose",
                 entry,
-                groups: &[&[Read; 6], &[Write; 7], &[Read; 6]],
+                groups: &[&[Read; 7], &[Write; 10], &[Read; 8]],
                 immediates: size_of::<Call>() as u32,
                 constants: if blend == Blend::DualQuaternion { &[("DUAL", 1.0)] } else { &[] },
             })
         };
         Ok(Self {
             models: Models::new(device, crowd, (look, blend))?,
-            kernels: [kernel("mark_runs")?, kernel("count_parts")?, kernel("pose_vertices")?, kernel("write_corners")?],
+            kernels: [
+                kernel("mark_runs")?,
+                kernel("split_runs")?,
+                kernel("list_runs")?,
+                kernel("mark_fresh")?,
+                kernel("count_parts")?,
+                kernel("pose_vertices")?,
+                kernel("write_corners")?,
+            ],
             room: Room::new(device, crowd.agents().len(), [1, ROOM[0], ROOM[1]])?,
             bounds: [[0.0; 3]; 2],
             device: device.clone(),
@@ -268,11 +227,12 @@ impl DevicePoser {
             let mut frame = self.device.frame()?;
             on.record(context, crowd, (view, time), &mut frame)?;
             let counts = frame.read(on.counts(), 0..4)?;
-            self.record(on, &mut frame)?;
-            let ends = self.read_ends(&mut frame)?;
+            self.record(on, (Part::All, 0), &mut frame)?;
+            let ends = self.read_ends(0, &mut frame)?;
             let _ = frame.submit()?;
             let counted = DeviceCounted::read(counts.get(&self.device)?)?;
-            let posed = ends.get(&self.device)?;
+            let Ended { vertices, corners, .. } = ends.get(&self.device)?;
+            let posed = DevicePosed { vertices, corners };
             if counted.draws > on.room() {
                 on.make_room(larger(counted.draws))?;
             } else if !self.grow(posed)? {
@@ -281,30 +241,8 @@ impl DevicePoser {
         }
     }
 
-    /// Poses what the last cut draws. Makes room where there is too little.
-    ///
-    /// # Errors
-    /// The device has no memory or is lost.
-    pub fn pose(&mut self, crowd: &Crowd, on: &DeviceCrowd) -> Result<DevicePosed> {
-        if crowd.agents().is_empty() {
-            self.clear()?;
-            return Ok(DevicePosed::default());
-        }
-        loop {
-            self.fit(crowd, on.room())?;
-            let mut frame = self.device.frame()?;
-            self.record(on, &mut frame)?;
-            let ends = self.read_ends(&mut frame)?;
-            let _ = frame.submit()?;
-            let posed = ends.get(&self.device)?;
-            if !self.grow(posed)? {
-                return Ok(posed);
-            }
-        }
-    }
-
     /// Draws nothing: kernels cannot be bound to no agents.
-    fn clear(&mut self) -> Result<()> {
+    pub(super) fn clear(&mut self) -> Result<()> {
         self.bounds = [[0.0; 3]; 2];
         let mut frame = self.device.frame()?;
         frame.clear(&self.room.arguments);
@@ -334,36 +272,46 @@ impl DevicePoser {
         Ok(!fits)
     }
 
-    /// Records that what was written is read back.
-    pub(super) fn read_ends(&self, frame: &mut Frame) -> Result<Ends> {
-        let draws = self.room.sizes()[0] as usize;
-        let [vertices, corners] = self.room.starts.each_ref().map(|starts| frame.read(starts, draws..draws + 1));
-        Ok(Ends([vertices?, corners?]))
+    /// Records that what a pass wrote is read back.
+    pub(super) fn read_ends(&self, number: usize, frame: &mut Frame) -> Result<Ends> {
+        self.room.read_ends(number, frame)
     }
 
-    /// Records what follows the cut.
-    pub(super) fn record(&self, on: &DeviceCrowd, frame: &mut Frame) -> Result<()> {
+    /// Records the posing of some of the agents that the cut before lists, as the first pass or the second. The second has the
+    /// vertices of the first, and poses only what is missing.
+    pub(super) fn record(&self, on: &DeviceCrowd, (part, number): (Part, usize), frame: &mut Frame) -> Result<()> {
         let room = &self.room;
         let [draws, posed, corners] = room.sizes();
         let agents = room.agents as u32;
-        let call = Call { agents, draws, posed, corners };
+        let call = Call { agents, draws, posed, corners, which: part as u32, pass_number: number as u32 };
         let call = bytemuck::bytes_of(&call);
-        let bindings = self.bindings(on)?;
+        let bindings = self.bindings(on, number)?;
         let bound = bindings.each_ref();
-        let [mark_runs, count_parts, pose_vertices, write_corners] = &self.kernels;
+        let [mark_runs, split_runs, list_runs, mark_fresh, count_parts, pose_vertices, write_corners] = &self.kernels;
         let by_item = |items: u32| groups(items.div_ceil(GROUP));
+        let ([of_runs, of_marks, of_corners], [of_fresh, of_posed]) = (&room.scans, &room.pass_scans[number]);
         frame.clear(&room.arguments);
+        if number == 0 {
+            frame.clear(&room.total);
+        }
         let mut pass = frame.pass("crowd pose");
         pass.run(mark_runs, &bound, call, by_item(agents + 1))?;
-        room.scans[0].run(&mut pass, agents + 1)?;
+        if number == 0 {
+            pass.run(split_runs, &bound, call, by_item(draws))?;
+            of_runs.run(&mut pass, agents + 1)?;
+        }
+        of_marks.run(&mut pass, agents + 1)?;
+        pass.run(list_runs, &bound, call, by_item(agents))?;
+        pass.run(mark_fresh, &bound, call, by_item(agents + 1))?;
+        of_fresh.run(&mut pass, agents + 1)?;
         pass.run(count_parts, &bound, call, by_item(agents.max(draws + 1)))?;
-        room.scans[1].run(&mut pass, draws + 1)?;
-        room.scans[2].run(&mut pass, draws + 1)?;
+        of_posed.run(&mut pass, draws + 1)?;
+        of_corners.run(&mut pass, draws + 1)?;
         pass.run(pose_vertices, &bound, call, by_item(posed))?;
         pass.run(write_corners, &bound, call, by_item(corners))
     }
 
-    fn bindings(&self, crowd: &DeviceCrowd) -> Result<[Bindings; 3]> {
+    fn bindings(&self, crowd: &DeviceCrowd, number: usize) -> Result<[Bindings; 3]> {
         let (room, models) = (&self.room, &self.models);
         let drawn = [
             crowd.draws().wgpu(),
@@ -372,15 +320,19 @@ impl DevicePoser {
             crowd.counts().wgpu(),
             models.clusters.wgpu(),
             crowd.blends().wgpu(),
+            crowd.work.states.wgpu(),
         ];
         let written = [
             room.runs.wgpu(),
-            room.run_firsts.wgpu(),
-            room.starts[0].wgpu(),
-            room.starts[1].wgpu(),
+            room.marks.wgpu(),
+            room.lists.wgpu(),
+            room.fresh[number].wgpu(),
+            room.posed_starts[number].wgpu(),
+            room.corner_starts.wgpu(),
             room.posed.wgpu(),
             room.corners.wgpu(),
             room.arguments.wgpu(),
+            room.total.wgpu(),
         ];
         let read = [
             models.vertices.wgpu(),
@@ -389,6 +341,8 @@ impl DevicePoser {
             models.dual.as_ref().map_or(crowd.matrices().wgpu(), Buffer::wgpu),
             crowd.weights().wgpu(),
             models.offsets.wgpu(),
+            room.fresh[1 - number].wgpu(),
+            room.posed_starts[1 - number].wgpu(),
         ];
         let bind = |group, buffers: &[_]| self.device.bind(&self.kernels[0], group, buffers);
         Ok([bind(0, &drawn)?, bind(1, &written)?, bind(2, &read)?])
@@ -407,12 +361,8 @@ impl DevicePoser {
 }
 
 /// A fourth more, so that a view that comes nearer needs no new room in each frame.
-fn larger(needed: u32) -> u32 {
+pub(super) fn larger(needed: u32) -> u32 {
     needed.saturating_add(needed / 4)
-}
-
-fn unread() -> Error {
-    Error::internal("counts that cannot be read")
 }
 
 /// Returns a box around all agents in the world.

@@ -57,7 +57,8 @@ impl DeviceQuads {
         })
     }
 
-    /// Finds the quads of the last cut at `time` seconds, seen from `eye`, and sends pictures that were not sent yet.
+    /// Finds the quads of the last cut at `time` seconds, seen from `eye`, without those of some agents, which ascend, and sends
+    /// pictures that were not sent yet.
     ///
     /// # Errors
     /// The device has no memory or is lost, or as [`Impostors::of_agents`].
@@ -66,8 +67,11 @@ impl DeviceQuads {
         context: &Context,
         (crowd, on, counted): (&Crowd, &DeviceCrowd, DeviceCounted),
         (eye, time): (DVec3, f64),
+        hidden: &[u32],
     ) -> Result<()> {
-        let agents = on.impostors(counted)?;
+        let listed = on.impostors(counted)?.into_iter().zip(counted.agents..);
+        let (agents, places): (Vec<u32>, Vec<u32>) =
+            listed.filter(|(agent, _)| hidden.binary_search(agent).is_err()).unzip();
         let found = self.impostors.of_agents(context, (crowd, &agents, time), eye)?;
         let is_new = |impostor: &Impostor, places: &HashMap<u64, u32>| !places.contains_key(&impostor.number);
         let mut new: Vec<&Arc<Impostor>> = found.iter().map(|it| &it.1).filter(|it| is_new(it, &self.places)).collect();
@@ -89,7 +93,7 @@ impl DeviceQuads {
             self.send(crowd, impostor)?;
         }
         let quads: Vec<[u32; 2]> =
-            found.iter().zip(counted.agents..).map(|((_, impostor), at)| [self.places[&impostor.number], at]).collect();
+            found.iter().zip(places).map(|((_, impostor), at)| [self.places[&impostor.number], at]).collect();
         if quads.len() > self.quads.len() {
             self.quads = Buffer::new(&self.device, "impostors", quads.len().next_power_of_two())?;
         }

@@ -1,5 +1,6 @@
 //! What a device poses is what the processor does, and agents that it hides change no pixel.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
@@ -7,8 +8,8 @@ use relievo_core::Context;
 use relievo_core::parameter::Switch;
 use relievo_core::progress::Silent;
 use relievo_crowd::{
-    Agent, Blend, BuildSettings, Crowd, CrowdModel, CrowdView, Culled, DeviceCounted, DeviceCrowd, DeviceOcclusion,
-    DevicePosed, DevicePoser, DeviceQuads, DrawList, Frame, Look, Occlusion, PixelView, skin,
+    Agent, Blend, BuildSettings, Crowd, CrowdModel, CrowdView, DeviceCounted, DeviceCrowd, DeviceOcclusion,
+    DevicePoser, DeviceQuads, DeviceUnhidden, DrawList, Frame, Look, Occlusion, PixelView, skin,
 };
 use relievo_gpu::Device;
 use relievo_render::virtual_vertex::{Placed, PosedMesh, Rasterizer, Shape};
@@ -36,27 +37,21 @@ impl On {
         }
     }
 
-    fn update(
-        &mut self,
-        crowd: &Crowd,
-        (seen, time): (&CrowdView, f64),
-        pixels: Option<&PixelView>,
-    ) -> (DeviceCounted, DevicePosed, Culled) {
+    fn update(&mut self, crowd: &Crowd, (seen, time): (&CrowdView, f64), pixels: Option<&PixelView>) -> DeviceUnhidden {
         let context = Context::serial();
-        let (counted, posed, culled) = match pixels {
+        let found = match pixels {
             None => {
-                let found = self.poser.update(&context, (crowd, &mut self.crowd), (seen, time)).unwrap();
-                (found.0, found.1, Culled::default())
+                let (listed, posed) = self.poser.update(&context, (crowd, &mut self.crowd), (seen, time)).unwrap();
+                DeviceUnhidden { listed, drawn: listed, posed, ..DeviceUnhidden::default() }
             }
             Some(pixels) => {
                 let on = (crowd, &mut self.crowd, &mut self.poser);
-                let (counted, culled) = self.occlusion.update(&context, on, (seen, time), pixels).unwrap();
-                (counted, self.poser.pose(crowd, &self.crowd).unwrap(), culled)
+                self.occlusion.pose(&context, on, (seen, time), pixels).unwrap()
             }
         };
         let eye = Vec3::from(seen.eye).as_dvec3();
-        self.quads.update(&context, (crowd, &self.crowd, counted), (eye, time)).unwrap();
-        (counted, posed, culled)
+        self.quads.update(&context, (crowd, &self.crowd, found.listed), (eye, time), &found.hidden_quads).unwrap();
+        found
     }
 
     fn picture(&self, rasterizer: &mut Rasterizer, view: &View) -> Pixels {
@@ -131,7 +126,7 @@ fn check_vertices(device: &Device, blend: Blend) {
         let (mut frame, mut seen) = (Frame::default(), CrowdView { eye, pixels: 190.0, ..CrowdView::default() });
         (seen.tolerance, seen.geomorph) = (tolerance, geomorph);
         crowd.cut(&context, &seen, &mut frame).unwrap();
-        let (_, posed, _) = on.update(&crowd, (&seen, time), None);
+        let posed = on.update(&crowd, (&seen, time), None).posed;
         let found = corners(device, &on.poser.mesh(&on.crowd));
         let expected = expected_corners(&crowd, &frame, time);
         assert!(found.len() == expected.len() && found.len() > 1000, "{} corners", found.len());
@@ -156,6 +151,22 @@ fn field(model: CrowdModel) -> Crowd {
     crowd
 }
 
+/// Returns how many vertices some agents have to be posed at: those of each cluster once for all agents that share its draw and
+/// their pose.
+fn posed_of(crowd: &Crowd, frame: &Frame, time: f64, is_posed: &dyn Fn(u32) -> bool) -> u32 {
+    let mut list = DrawList::default();
+    list.update(crowd, frame, time).unwrap();
+    let parts = list.draws.iter().zip(&list.clusters).map(|(draw, [model, cluster])| {
+        let instances = &list.instances[draw.first_instance as usize..][..draw.instance_count as usize];
+        let posed = instances.iter().filter(|instance| is_posed(instance.agent));
+        let poses: HashSet<u32> = posed.map(|instance| instance.first_matrix).collect();
+        let triangles = crowd.models()[*model as usize].triangles(*cluster);
+        let vertices: HashSet<u32> = triangles.as_flattened().iter().copied().collect();
+        poses.len() * vertices.len()
+    });
+    parts.sum::<usize>() as u32
+}
+
 #[test]
 fn culling_on_a_device_changes_no_pixel_of_a_path() {
     let Some(device) = device() else { return };
@@ -169,6 +180,7 @@ fn check_path(device: &Device, mut crowd: Crowd, frames: u32) {
     let [mut all, mut fewer] = [(), ()].map(|()| On::new(device, &crowd));
     let mut rasterizer = Rasterizer::new(device).unwrap();
     let (mut culling, mut hidden, mut on_processor) = (Occlusion::default(), 0, 0);
+    let (mut seen_before, mut sums) = (Vec::<u32>::new(), [0; 2]);
     let size = [240, 160];
     for step in 0..frames {
         let (share, time) = (0.1 * f64::from(step), 0.3 * f64::from(step));
@@ -180,22 +192,36 @@ fn check_path(device: &Device, mut crowd: Crowd, frames: u32) {
         let pixels = PixelView { eye, axes: camera.axes, fov: camera.fov, size };
         let seen = CrowdView::perspective(eye, camera.axes, camera.fov, size, 2.0).unwrap();
         let seen = CrowdView { geomorph: step % 4 == 1, impostors: step % 4 == 3, ..seen };
-        let (plain, _, _) = all.update(&crowd, (&seen, time), None);
-        let (culled, _, found) = fewer.update(&crowd, (&seen, time), Some(&pixels));
+        let shown: HashSet<u32> = seen_before.iter().copied().collect();
+        let DeviceUnhidden { drawn: plain, posed: all_posed, .. } = all.update(&crowd, (&seen, time), None);
+        let unhidden = fewer.update(&crowd, (&seen, time), Some(&pixels));
+        let (culled, found) = (unhidden.drawn, unhidden.culled);
+        assert_eq!(unhidden.listed, plain, "step {step}");
         assert_eq!(culled.agents + culled.impostors + found.hidden, plain.agents + plain.impostors, "step {step}");
         let triangles = |counted: DeviceCounted| u64::from(counted.triangles) + 2 * u64::from(counted.impostors);
         assert_eq!(triangles(culled) + found.hidden_triangles, triangles(plain), "step {step}");
-        assert_eq!(fewer.crowd.hidden().unwrap().len(), found.hidden as usize, "step {step}");
+        let behind = fewer.crowd.hidden().unwrap();
+        assert_eq!(behind.len(), found.hidden as usize, "step {step}");
         let [expected, made] = [&all, &fewer].map(|on| on.picture(&mut rasterizer, &view));
         assert_eq!(expected.object, made.object, "step {step}");
         assert_eq!(expected.depth.data(), made.depth.data(), "step {step}");
         assert_eq!(expected.color.data(), made.color.data(), "step {step}");
         let mut cut = Frame::default();
         crowd.cut(&context, &seen, &mut cut).unwrap();
+        // What was seen in the last frame and what is seen now is posed, once, and nothing else.
+        seen_before =
+            cut.drawn.iter().map(|drawn| drawn.0).filter(|agent| behind.binary_search(agent).is_err()).collect();
+        let is_posed = |agent: u32| step == 0 || shown.contains(&agent) || seen_before.contains(&agent);
+        // The first frame is made again when there is room, with what was seen then.
+        let posed = posed_of(&crowd, &cut, time, &is_posed);
+        assert!(unhidden.posed.vertices == posed || step == 0 && unhidden.posed.vertices < posed, "step {step}");
+        assert_eq!(all_posed.vertices, posed_of(&crowd, &cut, time, &|_| true), "step {step}");
+        sums = [sums[0] + unhidden.posed.vertices, sums[1] + all_posed.vertices];
         on_processor += culling.cull(&context, &crowd, (&pixels, time), &mut cut).unwrap().hidden;
         hidden += found.hidden;
     }
-    println!("{hidden} and {on_processor} agents were hidden");
+    println!("{hidden} and {on_processor} agents were hidden, {} of {} vertices posed", sums[0], sums[1]);
+    assert!(sums[0] < sums[1], "{sums:?}");
     // Levels of the pyramid are coarser than pixels.
     assert!(2 * hidden > on_processor && on_processor > 12 * frames, "{hidden} and {on_processor} agents were hidden");
 }
@@ -226,4 +252,37 @@ fn culling_on_a_device_rests_where_nothing_is_hidden() {
     assert!(rested[..4].iter().all(|rests| !rests) && rested[4..36].iter().all(|rests| *rests) && !rested[36]);
     let wrong = PixelView { size: [0, 5], ..pixels };
     assert!(update(&wrong).is_err());
+}
+
+#[test]
+fn culling_on_a_device_rests_where_it_costs_more_than_it_saves() {
+    let Some(device) = device() else { return };
+    let mut crowd = Crowd::new(vec![Arc::new(built(16, 10))]);
+    // A wall before many agents.
+    for index in 0..120 {
+        let (scale, place) = match index {
+            0 => (DVec3::new(10.0, 2.0, 1.0), DVec3::ZERO),
+            _ => (DVec3::ONE, DVec3::new(0.2 * f64::from(index % 10) - 0.9, 0.0, -6.0 - f64::from(index / 10))),
+        };
+        let transform = DAffine3::from_scale_rotation_translation(scale, DQuat::IDENTITY, place);
+        crowd.add(Agent { model: 0, clip: 0, phase: 0.13 * f64::from(index), transform }).unwrap();
+    }
+    let camera = Camera::look_at(DVec3::new(0.0, 1.5, 8.0), DVec3::new(0.0, 1.5, 0.0), DVec3::Y, 0.9).unwrap();
+    let rests = |size: [u32; 2]| {
+        let mut on = On::new(&device, &crowd);
+        let pixels = PixelView { eye: camera.eye, axes: camera.axes, fov: camera.fov, size };
+        // The same cuts whatever the size.
+        let tolerance = size[1] as f32 / 128.0;
+        let seen = CrowdView::perspective(camera.eye, camera.axes, camera.fov, size, tolerance).unwrap();
+        let mut update = || on.update(&crowd, (&seen, 0.0), Some(&pixels)).culled;
+        // In the first frame all agents count as occluders.
+        update();
+        let found = update();
+        println!("{size:?}: {found:?}");
+        assert!(found.hidden > 100 && found.hidden_triangles > 3 * found.occluder_triangles, "{found:?}");
+        (0..6).any(|_| update().is_resting)
+    };
+    // Of a small picture it pays; a large one has more pixels of depths than the hidden agents have vertices and triangles.
+    assert!(!rests([96, 64]));
+    assert!(rests([2304, 1536]));
 }

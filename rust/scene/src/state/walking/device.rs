@@ -3,7 +3,7 @@
 use glam::Vec3;
 use relievo_core::{Context, Result};
 use relievo_crowd::{
-    Crowd, CrowdView, Culled, DeviceCrowd, DeviceOcclusion, DevicePoser, DeviceQuads, Look, PixelView,
+    Crowd, CrowdView, Culled, DeviceCrowd, DeviceOcclusion, DevicePoser, DeviceQuads, DeviceUnhidden, Look, PixelView,
 };
 use relievo_gpu::Device;
 use relievo_render::Material;
@@ -17,9 +17,9 @@ const ROOM: u32 = 1 << 8;
 pub struct DeviceCounts {
     /// Agents in view that are drawn by clusters.
     pub agents: u32,
-    /// Clusters, each once for all agents that show it by one draw.
+    /// Clusters in view, each once for all agents that show it by one draw.
     pub draws: u32,
-    /// Vertices that were posed.
+    /// Vertices that were posed, occluders included.
     pub posed: u32,
     /// Triangles of all agents, two for each impostor.
     pub triangles: u32,
@@ -55,7 +55,8 @@ impl DeviceStandIns {
     }
 
     /// Cuts and poses the crowd for a view at `time` seconds, without the agents that others hide in a picture with these pixels
-    /// if there are some. Makes room where there is too little.
+    /// if there are some. Hidden agents throw shadows too: give no pixels for a picture with shadows. Makes room where there is too
+    /// little.
     ///
     /// # Errors
     /// As [`DeviceCrowd::record`] and [`DeviceOcclusion::update`].
@@ -66,29 +67,29 @@ impl DeviceStandIns {
         (view, time): (&CrowdView, f64),
         pixels: Option<&PixelView>,
     ) -> Result<DeviceCounts> {
-        let mut culled = None;
-        let (counted, posed) = match pixels {
-            None => self.poser.update(context, (crowd, &mut self.crowd), (view, time))?,
+        let found = match pixels {
+            None => {
+                let (listed, posed) = self.poser.update(context, (crowd, &mut self.crowd), (view, time))?;
+                DeviceUnhidden { listed, drawn: listed, posed, ..DeviceUnhidden::default() }
+            }
             Some(pixels) => {
                 let occlusion = match &mut self.occlusion {
                     Some(occlusion) => occlusion,
                     empty => empty.insert(DeviceOcclusion::new(&self.device)?),
                 };
                 let on = (crowd, &mut self.crowd, &mut self.poser);
-                let (counted, found) = occlusion.update(context, on, (view, time), pixels)?;
-                culled = Some(found);
-                (counted, self.poser.pose(crowd, &self.crowd)?)
+                occlusion.pose(context, on, (view, time), pixels)?
             }
         };
         let eye = Vec3::from(view.eye).as_dvec3();
-        self.quads.update(context, (crowd, &self.crowd, counted), (eye, time))?;
+        self.quads.update(context, (crowd, &self.crowd, found.listed), (eye, time), &found.hidden_quads)?;
         Ok(DeviceCounts {
-            agents: counted.agents,
-            draws: counted.draws,
-            posed: posed.vertices,
-            triangles: posed.corners / 3 + 2 * counted.impostors,
-            impostors: counted.impostors,
-            culled,
+            agents: found.drawn.agents,
+            draws: found.drawn.draws,
+            posed: found.posed.vertices,
+            triangles: found.posed.corners / 3 + 2 * found.drawn.impostors,
+            impostors: found.drawn.impostors,
+            culled: pixels.map(|_| found.culled),
         })
     }
 
