@@ -60,7 +60,6 @@ pub fn run(report: &mut Report) -> Result<()> {
     let bytes = Sample::new(vec![file.len() as f64 / f64::from(model.input_triangles)]);
     report.add("its file", &bytes, None, "bytes/triangle", Goal::AtMost(48.0));
     cuts(report, &context, model)?;
-    device::run(report, &context, (&source, clip), &rate(POSES))?;
     // The peer takes vertices at one place as one, so that both have the shape alone. Seams would open where the weights of
     // both sides are rounded apart when triangles are divided.
     let mut bare = source.clone();
@@ -68,7 +67,8 @@ pub fn run(report: &mut Report) -> Result<()> {
         part.mesh.attributes.retain(|attribute| attribute.name == "joints" || attribute.name == "weights");
         part.mesh = joined(&part.mesh);
     }
-    compare::run(report, &context, (&bare, clip), rate)
+    compare::run(report, &context, (&bare, clip), &rate)?;
+    device::run(report, &context, (&source, clip), &rate(POSES))
 }
 
 /// Measures the cuts of a crowd that walks while the camera goes through it.

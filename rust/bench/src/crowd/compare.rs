@@ -38,15 +38,13 @@ pub fn run(
     report: &mut Report,
     context: &Context,
     (bare, clip): (&Model, usize),
-    rate: impl Fn(f32) -> BuildSettings,
+    rate: &dyn Fn(f32) -> BuildSettings,
 ) -> Result<()> {
+    clusters(report, context, (&refined(bare, CLUSTERED), clip), &rate(POSES))?;
     let source = refined(bare, DIVIDED);
     let model = CrowdModel::build(context, &source, &[clip], &rate(POSES), &mut Silent)?;
     SHARES.into_iter().try_for_each(|share| bind_pose(report, context, &model, share))?;
-    let walk = BuildSettings { pose_distance: WALK.1, ..rate(WALK.0) };
-    all_poses(report, context, (&source, clip), &walk)?;
-    let source = refined(bare, CLUSTERED);
-    clusters(report, context, (&source, clip), &rate(POSES))
+    all_poses(report, context, (&source, clip), &BuildSettings { pose_distance: WALK.1, ..rate(WALK.0) })
 }
 
 /// Returns the positions of all vertices in the poses of the first clip.
