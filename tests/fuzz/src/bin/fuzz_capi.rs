@@ -3,6 +3,9 @@
 //! is a bug.
 #![no_main]
 
+#[path = "capi/crowds.rs"]
+mod crowds;
+
 use std::ffi::{c_char, c_void};
 use std::ptr::{null, null_mut};
 
@@ -17,8 +20,10 @@ use relievo_abi::capability::*;
 use relievo_abi::caster::*;
 use relievo_abi::collider::*;
 use relievo_abi::context::*;
+use relievo_abi::crowd::*;
 use relievo_abi::decal::*;
 use relievo_abi::detail::*;
+use relievo_abi::device_crowd::*;
 use relievo_abi::diffuse::*;
 use relievo_abi::document::*;
 use relievo_abi::error::{RLV_ERROR_INTERNAL, RLV_OK, RlvResult};
@@ -80,10 +85,13 @@ struct Handles {
     diffuses: Vec<u64>,
     tissues: Vec<u64>,
     simulations: Vec<u64>,
+    crowd_models: Vec<u64>,
+    crowds: Vec<u64>,
+    device_crowds: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 25] {
+    fn lists(&self) -> [&[u64]; 28] {
         let Self {
             contexts,
             meshes,
@@ -110,6 +118,9 @@ impl Handles {
             diffuses,
             tissues,
             simulations,
+            crowd_models,
+            crowds,
+            device_crowds,
         } = self;
         [
             contexts,
@@ -137,6 +148,9 @@ impl Handles {
             diffuses,
             tissues,
             simulations,
+            crowd_models,
+            crowds,
+            device_crowds,
         ]
     }
 
@@ -145,7 +159,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=24)?],
+            2 => self.lists()[bytes.int_in_range(0..=27)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -1534,7 +1548,7 @@ fn hosts(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     options.shared.id = if shares { handles.pick(bytes, 0)? } else { 0 };
     let mut out = RlvContext { id: UNTOUCHED };
     let (mut info, mut capability): (RlvObjectInfo, RlvCapability) = (sized(bytes)?, sized(bytes)?);
-    let noun = bytes.int_in_range(0..=24)?;
+    let noun = bytes.int_in_range(0..=27)?;
     let (object, job) = (handles.pick(bytes, noun)?, RlvJob { id: handles.pick(bytes, 12)? });
     let seconds = if bytes.ratio(1, 4)? { f64::from(number(bytes)?) / 1024.0 } else { 0.0 };
     let room = bytes.int_in_range(0..=64_usize)?;
@@ -1611,8 +1625,14 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (22, false) => rlv_diffuse_release(RlvDiffuse { id }),
             (23, true) => rlv_tissue_retain(RlvTissue { id }),
             (23, false) => rlv_tissue_release(RlvTissue { id }),
-            (_, true) => rlv_tissue_simulation_retain(RlvTissueSimulation { id }),
-            (_, false) => rlv_tissue_simulation_release(RlvTissueSimulation { id }),
+            (24, true) => rlv_tissue_simulation_retain(RlvTissueSimulation { id }),
+            (24, false) => rlv_tissue_simulation_release(RlvTissueSimulation { id }),
+            (25, true) => rlv_crowd_model_retain(RlvCrowdModel { id }),
+            (25, false) => rlv_crowd_model_release(RlvCrowdModel { id }),
+            (26, true) => rlv_crowd_retain(RlvCrowd { id }),
+            (26, false) => rlv_crowd_release(RlvCrowd { id }),
+            (_, true) => rlv_device_crowd_retain(RlvDeviceCrowd { id }),
+            (_, false) => rlv_device_crowd_release(RlvDeviceCrowd { id }),
         }
     }
 }
@@ -2146,7 +2166,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=38_u8)? {
+        match bytes.int_in_range(0..=40_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -2177,9 +2197,11 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             35 => strips(bytes, handles)?,
             36 => tissues(bytes, handles)?,
             37 => simulations(bytes, handles)?,
+            38 => crowds::models(bytes, handles)?,
+            39 => crowds::crowds(bytes, handles)?,
             _ if bytes.ratio(1, 4)? => hosts(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=24)?;
+                let noun = bytes.int_in_range(0..=27)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }
