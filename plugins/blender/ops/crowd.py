@@ -211,7 +211,7 @@ class Operator(job.Steps):
 
 
 class Modelling(Operator):
-    """An operator that makes a crowd model of the active armature, beside those that it had."""
+    """An operator that makes a crowd model of the active armature, in a file of its own."""
 
     def make(self, target, source):
         """Returns what makes the model of a glTF file, with a report, on a thread."""
