@@ -25,7 +25,7 @@ const TEXELS: usize = RLV_CROWD_PICTURE_SIDE * RLV_CROWD_PICTURE_SIDE;
 
 /// Files of two arms with the same triangles, of another one, and of none.
 static FILES: LazyLock<[CString; 4]> = LazyLock::new(|| {
-    [("arm", 9, 0.01), ("rough", 9, 0.1), ("short", 5, 0.01), ("none", 0, 0.0)]
+    [("arm", 6, 0.01), ("rough", 6, 0.1), ("short", 4, 0.01), ("none", 0, 0.0)]
         .map(|(name, rings, bumps)| file(name, rings, bumps))
 });
 
@@ -113,7 +113,8 @@ pub fn models(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     made(result, out.id, &mut handles.crowd_models);
 
     let model = RlvCrowdModel { id: handles.pick(bytes, 25)? };
-    if bytes.ratio(1, 4)? {
+    // Builds take longer than all else.
+    if bytes.ratio(1, 8)? {
         make(bytes, handles, context, model)?;
     }
     look(bytes, handles, model)
