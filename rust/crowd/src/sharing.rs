@@ -18,7 +18,7 @@ use crate::weights::linear;
 const LEVELS: i32 = 10;
 /// The largest difference of the coarsest level, as a share of the size of the model; each finer one has half of it.
 const LARGEST: f32 = 0.25;
-/// Poses that a pose is compared with at most: those that were chosen last.
+/// Poses that a pose is compared with at most: the last that were chosen.
 const COMPARED: usize = 64;
 /// Widens bounds by what single precision rounds.
 const ROUNDING: f32 = 1.0001;

@@ -15,7 +15,7 @@ use crate::notes::Notes;
 const USED: usize = 4;
 
 /// Reads four joints and weights for each of `count` points: of all that the file has those with the largest weights, the earlier
-/// ones of equal weight. `None` if there are none.
+/// ones of equal weight. `None` if the file has no joints.
 ///
 /// # Errors
 /// Fails with `Invalid` if an accessor is damaged or has another number of points, and with `Memory` if there is too little.
