@@ -28,6 +28,11 @@ use crate::state::paths::Paths;
 /// Radii of the largest agent within which agents out of sight hide the sky: beyond, one hides at most a sixty-fourth of it.
 const AROUND: f32 = 8.0;
 
+/// Bytes that a triangle of an agent takes in a picture: corners, vertices and Embree's tree.
+const TRIANGLE_BYTES: u64 = 192;
+/// Bytes that an agent takes in a picture besides.
+const AGENT_BYTES: u64 = 4096;
+
 /// A crowd of a scene: its model and where its agents start.
 #[derive(Debug)]
 pub(crate) struct Loaded {
@@ -160,7 +165,7 @@ impl StandIns {
     /// colour of a triangle is what `tag` returns for the agent, the cluster, its number and the material.
     ///
     /// # Errors
-    /// Embree has no memory for the meshes.
+    /// The meshes exceed the memory limit, or Embree has no memory for them.
     pub fn show(
         &mut self,
         context: &Context,
@@ -169,6 +174,15 @@ impl StandIns {
         material: render::Material,
         tag: &dyn Fn(u32, &Cluster, u32, u32) -> u32,
     ) -> Result<()> {
+        let bytes = frame.triangles * TRIANGLE_BYTES + frame.drawn.len() as u64 * AGENT_BYTES;
+        if bytes > context.memory_limit() {
+            return Err(Error::memory(format!(
+                "{} agents with {} triangles take {bytes} bytes in a picture, more than the memory limit",
+                frame.drawn.len(),
+                frame.triangles
+            ))
+            .advise("raise the limit, allow larger errors in pixels, or show fewer agents"));
+        }
         let count = crowd.agents().len();
         self.objects.resize(count, None);
         let before = std::mem::replace(&mut self.is_shown, vec![false; count]);

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use relievo_core::Context;
 use relievo_core::parameter::Switch;
+use relievo_core::{Context, ContextOptions, ErrorKind};
 use relievo_crowd::{Agent, Cluster, Crowd, CrowdView, Drawn, Frame};
 use relievo_render::{Camera, FalseColor, Frame as Pixels, Material, NO_OBJECT, Scene, View};
 use relievo_scene::walking::StandIns;
@@ -80,4 +80,21 @@ fn far_agents_have_the_brightness_and_the_contrast_of_their_models() {
     println!("brightness {brightness} and {of_quads}, contrast {contrast} and {contrast_of_quads}: {ratios:?}");
     assert!((ratios[0] - 1.0).abs() < 0.03, "{ratios:?}");
     assert!((ratios[1] - 1.0).abs() < 0.08, "{ratios:?}");
+}
+
+#[test]
+fn agents_beyond_the_memory_limit_are_refused_before_they_are_made() {
+    let mut crowd = crowd();
+    let mut frame = Frame::default();
+    crowd.cut(&Context::serial(), &CrowdView { tolerance: 0.01, ..CrowdView::default() }, &mut frame).unwrap();
+    let mut scene = Scene::new().unwrap();
+    let mut show = |memory_limit: u64| {
+        let context = Context::new(&ContextOptions { threads: 1, memory_limit }).unwrap();
+        let shown = (&crowd, &frame, 0.3, DVec3::ZERO);
+        StandIns::default().show(&context, &mut scene, shown, Material::default(), &|_, _, _, _| 0)
+    };
+    let error = show(1 << 20).unwrap_err();
+    assert_eq!(error.kind, ErrorKind::Memory);
+    assert!(error.to_string().contains("144 agents"), "{error}");
+    show(1 << 30).unwrap();
 }
