@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use relievo_core::progress::Silent;
 use relievo_core::{Context, ErrorKind};
-use relievo_crowd::{CrowdModel, NONE, Reader};
+use relievo_crowd::{BuildSettings, CrowdModel, NONE, Reader};
 use relievo_testing::Random;
 
-use crate::arm::built;
+use crate::arm::{built, swelling_arm};
 
 fn written(model: &CrowdModel) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -115,25 +116,38 @@ fn counts_beyond_the_file_are_refused_before_memory_is_taken() {
 
 #[test]
 fn models_of_every_version_are_read() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/model-1.rcrowd");
-    let expected = built(8, 8);
+    let golden =
+        |version: u32| Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../tests/golden/model-{version}.rcrowd"));
+    let settings = BuildSettings { cluster_triangles: 8, pose_rate: 4.0, ..BuildSettings::default() };
+    let swelling = CrowdModel::build(&Context::serial(), &swelling_arm(8, 8), &[0], &settings, &mut Silent).unwrap();
     if std::env::var_os("RELIEVO_WRITE_GOLDEN").is_some() {
-        expected.save(&path).unwrap();
+        swelling.save(&golden(4)).unwrap();
     }
-    let golden = CrowdModel::load(&Context::serial(), &path).unwrap();
-    assert_eq!(golden.character.bones, expected.character.bones);
-    assert_eq!(
-        (&golden.character.points, &golden.character.attributes),
-        (&expected.character.points, &expected.character.attributes)
-    );
-    assert_eq!((golden.clips[0].name.as_str(), golden.clips[0].poses.len()), ("bend", expected.clips[0].poses.len()));
-    let input = |model: &CrowdModel| {
-        let mut triangles = model.character.triangles[..model.input_triangles as usize].to_vec();
-        triangles.sort_unstable();
-        triangles
-    };
-    assert_eq!(input(&golden), input(&expected));
-    assert!(golden.groups.len() > 2 && golden.triangle_count(&golden.cut(f32::INFINITY)) < 40);
+    // The newest has morph targets, collapses and distances too.
+    for (version, expected) in [(1, built(8, 8)), (4, swelling)] {
+        let found = CrowdModel::load(&Context::serial(), &golden(version)).unwrap();
+        assert_eq!(found.character.bones, expected.character.bones);
+        assert_eq!(
+            (&found.character.points, &found.character.attributes, &found.character.morphs),
+            (&expected.character.points, &expected.character.attributes, &expected.character.morphs)
+        );
+        let clip = |model: &CrowdModel| (model.clips[0].name.clone(), model.clips[0].poses.len());
+        assert_eq!(clip(&found), clip(&expected));
+        let input = |model: &CrowdModel| {
+            let mut triangles = model.character.triangles[..model.input_triangles as usize].to_vec();
+            triangles.sort_unstable();
+            triangles
+        };
+        assert_eq!(input(&found), input(&expected));
+        assert!(found.groups.len() > 2 && found.triangle_count(&found.cut(f32::INFINITY)) < 40);
+        assert_eq!(
+            (found.has_collapses(), found.distances.len()),
+            match version {
+                1 => (false, 0),
+                _ => (true, found.groups.len()),
+            }
+        );
+    }
 }
 
 /// Returns the sum of the head, bit by bit.
