@@ -5,9 +5,9 @@ characters girl and robot of raylib's examples (CC0), and a statue whose lowest 
 
     relievo crowd build girl.glb -o girl.rcrowd --clip RunTrack
     relievo crowd build robot.glb -o robot.rcrowd --clip Robot_Walking
-    relievo crowd build statue.ply -o statue.rcrowd
+    relievo crowd build statue.glb -o statue.rcrowd
     relievo crowd render girl.rcrowd robot.rcrowd statue.rcrowd --agents square.txt -o square.png --show agents \\
-        --frames 3 --step 2 --eye 5,6,27 --target 0,0.4,0 --size 520x130
+        --frames 3 --step 2 --eye 6,4.2,19 --target 0,0.9,0 --size 900x280
 
 A list has one agent a line: x y z, heading in degrees about y, scale, clip, phase in seconds, model, and speed along the
 heading in units a second."""
