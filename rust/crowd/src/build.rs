@@ -15,7 +15,7 @@ use glam::DVec3;
 use relievo_core::{Context, Error, Progress, Result};
 use relievo_meshio::Model;
 
-use crate::build::collapse::Face;
+pub(crate) use crate::build::collapse::Face;
 use crate::build::measure::Gauged;
 use crate::build::places::Places;
 use crate::build::representative::representatives;

@@ -6,16 +6,13 @@
 
 use relievo_core::{Context, Error, Result};
 
-use crate::build::measure::{BLOCK, Gauge, NEGLIGIBLE};
-use crate::build::{lower, upper};
+use crate::build::measure::{BLOCK, Gauge, NEGLIGIBLE, numbered};
+use crate::build::{Face, lower, upper};
 use crate::hierarchy::{CrowdModel, Group, NONE};
 use crate::skinning::{Blend, Posing};
 
 /// Relative rounding of places.
 const ROUNDING: f32 = 1e-6;
-
-/// A triangle with its material.
-type Face = ([u32; 3], u32);
 
 /// A model in all of its poses.
 struct Poses<'a> {
@@ -30,12 +27,7 @@ impl Poses<'_> {
 
     /// Measures the largest distance between two lists of faces in any pose.
     fn measure(&self, context: &Context, before: &[Face], after: &[Face]) -> Result<f32> {
-        let mut vertices: Vec<u32> = before.iter().chain(after).flat_map(|face| face.0).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        let local = |vertex: u32| vertices.binary_search(&vertex).unwrap_or_default() as u32;
-        let local = |faces: &[Face]| faces.iter().map(|face| face.0.map(local)).collect::<Vec<_>>();
-        let (before, after) = (local(before), local(after));
+        let (vertices, [before, after]) = numbered(before, after);
         let least = NEGLIGIBLE * self.model.size();
         let mut gauge = Gauge::new(context, [&before, &after], least);
         self.poses.chunks(BLOCK).try_fold(least, |most, poses| {

@@ -3,8 +3,7 @@
 use relievo_core::{Context, ErrorKind, Result};
 use relievo_lod::PosedDistance;
 
-use crate::build::collapse::Face;
-use crate::build::{Builder, RIGID, lower, upper};
+use crate::build::{Builder, Face, RIGID, lower, upper};
 use crate::clip::Skeleton;
 use crate::hierarchy::{CrowdModel, Distances};
 
@@ -35,12 +34,7 @@ impl Builder<'_> {
     /// Measures the largest distance, both ways, between a group before and after its simplification, over the representative
     /// poses and over all.
     pub fn measure(&self, context: &Context, before: &[Face], after: &[Face]) -> Result<Gauged> {
-        let mut vertices: Vec<u32> = before.iter().chain(after).flat_map(|face| face.0).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        let local = |vertex: u32| vertices.binary_search(&vertex).unwrap_or_default() as u32;
-        let local = |faces: &[Face]| faces.iter().map(|face| face.0.map(local)).collect::<Vec<_>>();
-        let (before, after) = (local(before), local(after));
+        let (vertices, [before, after]) = numbered(before, after);
         let place = |skeleton: &Skeleton, vertex: &u32| skeleton.place(self.character, *vertex as usize);
         let points = |skeleton: &Skeleton| -> Vec<[f32; 3]> {
             vertices.iter().map(|vertex| place(skeleton, vertex).as_vec3().to_array()).collect()
@@ -84,6 +78,16 @@ impl Builder<'_> {
         let Some(Some(first)) = vertices.first().map(bone) else { return false };
         self.is_rigid[usize::from(first)] && vertices.iter().all(|vertex| bone(vertex) == Some(first))
     }
+}
+
+/// Returns the vertices of two lists of faces, in order, and the triangles of both by the places of their vertices in it.
+pub(crate) fn numbered(before: &[Face], after: &[Face]) -> (Vec<u32>, [Vec<[u32; 3]>; 2]) {
+    let mut vertices: Vec<u32> = before.iter().chain(after).flat_map(|face| face.0).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let place = |vertex: u32| vertices.binary_search(&vertex).unwrap_or_default() as u32;
+    let triangles = [before, after].map(|faces| faces.iter().map(|face| face.0.map(place)).collect());
+    (vertices, triangles)
 }
 
 /// Measures distances between two lists of triangles, before and after a simplification, in many poses.

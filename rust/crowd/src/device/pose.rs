@@ -52,7 +52,8 @@ struct VertexRow {
     padding: [u32; 2],
 }
 
-/// A vertex of a cluster: which of all vertices, and its tag and corner as [`PosedVertex`](relievo_render::virtual_vertex::PosedVertex) has them; and where it goes.
+/// A vertex of a cluster: which of all vertices, its tag and corner as [`relievo_render::virtual_vertex::PosedVertex`] has them, and
+/// where it goes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
 struct ClusterVertex {

@@ -45,7 +45,7 @@ fn distances_of_groups_are_in_files_of_the_newest_version() {
     assert_eq!(bytes[8], 3);
     let read = CrowdModel::from_bytes(&bytes, u64::MAX).unwrap();
     assert!(read == older && read.level_distances().is_empty());
-    // Distances that are none, too few of them, and depths that no hierarchy has are refused.
+    // Readers refuse negative distances, larger ones over chosen poses than over all, too few of them, and impossible depths.
     let wrong = |change: &dyn Fn(&mut CrowdModel)| {
         let mut wrong = model.clone();
         change(&mut wrong);

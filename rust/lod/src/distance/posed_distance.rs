@@ -49,7 +49,7 @@ impl Patch {
 /// A number in each of several poses.
 type Lanes = [f32; LANES];
 
-/// Poses that are looked at together, and what is found out of each.
+/// A block of poses that are measured together, with the points of both meshes in each.
 struct Block<'a> {
     poses: &'a [Vec<[f32; 3]>],
     /// The coordinates of every point in all poses.

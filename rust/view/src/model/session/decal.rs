@@ -307,7 +307,7 @@ impl Session {
     /// Has the image follow edits of the model, and the size of the brush while it has one pin.
     ///
     /// # Errors
-    /// Fails, and takes the image off, if it cannot be laid on the surface as it is now.
+    /// The image cannot be laid on the surface as it is now; it is then taken off.
     pub(crate) fn follow_decal(&mut self) -> Result<()> {
         let Some(laid) = self.decal.as_ref().and_then(|decal| decal.laid.as_ref()) else { return Ok(()) };
         let is_same = laid.changes == self.changes();
