@@ -30,9 +30,8 @@ const REMOVED: f64 = 0.3;
 const SHARE: f64 = 0.5;
 /// The same once the whole surface is one group: there are no parts to choose cuts from, so levels are nearer.
 const WHOLE_SHARE: f64 = 0.8;
-/// The same for levels of at most [`SMALL`] triangles, which take little room.
-const SMALL_SHARE: f64 = 0.9;
-const SMALL: usize = 1024;
+/// The same for levels of at most so many triangles, which take little room.
+const SMALL_SHARES: [(usize, f64); 2] = [(100, 0.95), (1024, 0.9)];
 /// Triangles of the whole surface, in full groups, from which it is one group.
 const WHOLE: usize = 10;
 /// Groups that small models have at the first level.
@@ -354,7 +353,8 @@ impl<'a> Builder<'a> {
         let mut work = collapse::Work::new(&input, &base.faces);
         let (mut levels, mut count) = (Vec::new(), base.faces.len());
         loop {
-            let share = if count > SMALL { WHOLE_SHARE } else { SMALL_SHARE };
+            let small = SMALL_SHARES.iter().find(|(most, _)| count <= *most);
+            let share = small.map_or(WHOLE_SHARE, |(_, share)| *share);
             let left = work.left((share * count as f64) as usize);
             if !is_level(left.faces.len(), (share, count)) {
                 break;
