@@ -168,12 +168,12 @@ typedef struct RlvCrowdFrame {
     uint32_t hidden;       /* agents in view that others hide, which have no draws */
     uint64_t clusters;     /* of agent_count agents */
     uint64_t triangles;    /* of agent_count agents */
-    uint64_t hidden_triangles;
-    uint64_t occluder_triangles; /* that were drawn into depths to find the hidden agents; 0 where that rested */
+    uint64_t hidden_triangles;   /* of hidden agents and clusters */
+    uint64_t occluder_triangles; /* that were drawn into depths to find what is hidden; 0 where that rested */
     uint32_t weight_count;       /* one for each morph target of each pose that is shown */
     uint32_t impostor_count;     /* agents that are quads, of two of the triangles each */
     uint32_t picture_count;      /* of impostors, which share those of equal poses and directions */
-    uint32_t reserved;
+    uint32_t hidden_clusters;    /* of agents that others hide in part, which have no draws */
 } RlvCrowdFrame;
 
 #define RLV_CROWD_FRAME_INIT {sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
@@ -356,9 +356,9 @@ RLV_API RlvResult rlv_crowd_set(RlvCrowd crowd, uint32_t first, const RlvCrowdAg
 RLV_API RlvResult rlv_crowd_set_weights(RlvCrowd crowd, uint32_t agent, const float *weights, size_t count);
 
 /* Mutates the crowd: finds what a view draws of it; out may be NULL. With occlusion the nearest agents that were drawn in
- * the last cut are rasterised on the processor, and the boxes of all agents tested against their depths. That changes no
- * pixel of a picture with one sample in the middle of each pixel, and rests for 32 cuts where it hides fewer triangles
- * than it costs. With impostors agents of a few pixels that have no weights of their own have no draws, but a quad each: see
+ * the last cut are rasterised on the processor, and the boxes of all agents, and of clusters of near ones, tested against their
+ * depths. That changes no pixel of a picture with one sample in the middle of each pixel, and rests for 32 cuts where it hides
+ * fewer triangles than it costs. With impostors agents of a few pixels that have no weights of their own have no draws, but a quad each: see
  * rlv_crowd_get_impostors. With geomorph vertices move between cuts, which is of use where errors above one pixel may be seen; all
  * agents in view are then cut group by group, and each has draws of its own. Fails if the view is not finite or has no pixels
  * or direction, occlusion, geomorph or impostors is neither 0 nor 1, the indices of all models do not fit 32 bits, with occlusion there

@@ -24,11 +24,13 @@ typedef struct RlvDeviceCrowdInfo {
     uint32_t impostor_count; /* agents that are quads */
     uint32_t picture_count;  /* of impostors, which share those of equal poses and directions */
     uint32_t hidden;         /* agents in view that others hide, which have no draws */
-    uint64_t hidden_triangles;
-    uint64_t occluder_triangles; /* that were drawn into depths to find the hidden agents; 0 where that rested */
+    uint64_t hidden_triangles;   /* of hidden agents and clusters */
+    uint64_t occluder_triangles; /* that were drawn into depths to find what is hidden; 0 where that rested */
+    uint32_t hidden_clusters;    /* of agents that others hide in part, whose draws have no instances */
+    uint32_t reserved;
 } RlvDeviceCrowdInfo;
 
-#define RLV_DEVICE_CROWD_INFO_INIT {sizeof(RlvDeviceCrowdInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RLV_DEVICE_CROWD_INFO_INIT {sizeof(RlvDeviceCrowdInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 /* Vulkan objects: dispatchable ones as pointers in 64 bits, others unchanged. */
 typedef struct RlvDeviceCrowdVulkan {
@@ -63,7 +65,7 @@ RLV_API RlvResult rlv_device_crowd_release(RlvDeviceCrowd crowd);
 /* Mutating. Finds what a view draws of the crowd, and waits until the device has done it; out may be NULL. Fails as
  * rlv_crowd_cut, and with RLV_ERROR_DEVICE if the device was lost. With occlusion all agents that were drawn in the last cut with
  * occlusion are posed there and drawn as depths, and a pyramid of these hides the boxes of others: a picture with one sample in
- * the middle of each pixel stays the same. */
+ * the middle of each pixel stays the same. Draws of clusters of near agents that are hidden have no instances. */
 RLV_API RlvResult rlv_device_crowd_cut(RlvDeviceCrowd crowd, const RlvCrowdView *view, RlvDeviceCrowdInfo *out);
 
 /* Copies draws, clusters, blends, instances, matrices, weights and first weights of the last cut back from the device; the

@@ -18,6 +18,7 @@
 #include "relievo/color_buffer.h"
 #include "relievo/context.h"
 #include "relievo/crowd.h"
+#include "relievo/crowd_stream.h"
 #include "relievo/decal.h"
 #include "relievo/detail.h"
 #include "relievo/device_crowd.h"

@@ -1740,6 +1740,51 @@ public:
     }
 };
 
+/// A crowd whose cuts read clusters of files; see relievo/crowd_stream.h.
+class CrowdStream : public Crowd {
+public:
+    using Crowd::Crowd;
+
+    static CrowdStream open(const Context &context, const std::vector<std::string> &paths,
+                            const RlvCrowdStreamSettings &settings = RLV_CROWD_STREAM_SETTINGS_INIT) {
+        std::vector<RlvCrowdStreamFile> files;
+        for (const std::string &path : paths) {
+            files.push_back({path.c_str()});
+        }
+        CrowdStream made;
+        check(rlv_crowd_stream_open(context.get(), files.data(), files.size(), &settings, made.out()));
+        return made;
+    }
+
+    /// Returns a model, which has no triangles.
+    CrowdModel model(std::uint32_t index) const {
+        RlvCrowdModel made = RLV_NULL;
+        check(rlv_crowd_stream_model(get(), index, &made));
+        return CrowdModel(made);
+    }
+
+    RlvCrowdStreamInfo info() const {
+        RlvCrowdStreamInfo info = RLV_CROWD_STREAM_INFO_INIT;
+        check(rlv_crowd_stream_info(get(), &info));
+        return info;
+    }
+
+    /// Returns the clusters that the last cut has read, or opening has.
+    std::vector<RlvCrowdStreamCluster> read() const {
+        std::vector<RlvCrowdStreamCluster> clusters(info().read);
+        check(rlv_crowd_stream_get_read(get(), clusters.data(), clusters.size(), 0));
+        return clusters;
+    }
+
+    /// Returns the triangles of a cluster that was read.
+    std::vector<Triangle> triangles(const RlvCrowdStreamCluster &cluster) const {
+        std::vector<Triangle> triangles(cluster.triangle_count);
+        auto *first = reinterpret_cast<std::uint32_t *>(triangles.data());
+        check(rlv_crowd_stream_get_triangles(get(), cluster.slot, first, nullptr, triangles.size()));
+        return triangles;
+    }
+};
+
 /// Agents of a crowd on the graphics device of its context; see relievo/device_crowd.h.
 class DeviceCrowd : public Reference<RlvDeviceCrowd, rlv_device_crowd_retain, rlv_device_crowd_release> {
 public:

@@ -1,7 +1,8 @@
 // import common
 // import crowd_agents
-// Culling by occlusion on a device (Section 5.2): agents whose boxes are behind what was seen in the last frame. Depths are one
-// over the distance along the view times a number, so larger ones are nearer; 0 where nothing is.
+// Culling by occlusion on a device (Section 5.2): agents, and clusters that a single agent shows, whose boxes are behind what was
+// seen in the last frame. Depths are one over the distance along the view times a number, so larger ones are nearer; 0 where
+// nothing is.
 
 struct Call {
     agents: u32,
@@ -11,6 +12,10 @@ struct Call {
     stride: u32,
     /// The level that is made.
     level: u32,
+    /// Draws that there is room for.
+    draws: u32,
+    /// 1 where draws of hidden clusters lose their instance.
+    removes: u32,
 }
 
 /// A level of the pyramid: each of its numbers is the smallest of two by two of the level below.
@@ -26,8 +31,19 @@ struct Level {
 @group(1) @binding(0) var<storage, read> camera: array<vec4<f32>, 4>;
 @group(1) @binding(1) var<storage, read> levels: array<Level>;
 @group(1) @binding(2) var<storage, read> depths: array<f32>;
+/// For each cluster its indices, its first index, and the groups that made and use it; for each group its box.
+@group(1) @binding(3) var<storage, read> clusters: array<vec4<u32>>;
+@group(1) @binding(4) var<storage, read> boxes: array<array<vec4<f32>, 2>>;
+/// The agents of instances; model and cluster of each draw.
+@group(1) @binding(5) var<storage, read> order: array<u32>;
+@group(1) @binding(6) var<storage, read> drawn: array<vec2<u32>>;
 @group(2) @binding(0) var<storage, read_write> pyramid: array<f32>;
 @group(2) @binding(1) var<storage, read_write> states: array<u32>;
+/// As in `crowd_cut.wgsl`.
+@group(2) @binding(2) var<storage, read_write> draws: array<u32>;
+@group(2) @binding(3) var<storage, read_write> counts: array<atomic<u32>, 4>;
+/// HIDDEN or 0 for each draw, then how many are hidden.
+@group(2) @binding(4) var<storage, read_write> draw_states: array<atomic<u32>>;
 var<immediate> call: Call;
 
 /// Relative rounding of depths.
@@ -69,14 +85,19 @@ fn is_hidden(agent: u32) -> bool {
     let model = model_of(agent);
     // The square of an impostor is in a sphere around the box of its pose.
     let square = select(0.0, model.radius, is_quad(agent, near_of(agent), call.options));
-    let moved = vec3(agents[agent].moved + square);
+    return is_box_hidden(agent, model.low, model.high, agents[agent].moved + square);
+}
+
+/// The same of a box in the space of the agent's model, widened on all sides.
+fn is_box_hidden(agent: u32, box_low: vec3<f32>, box_high: vec3<f32>, wider: f32) -> bool {
+    let moved = vec3(wider);
     let rows = agents[agent].transform;
     var low = vec2(1e30);
     var high = vec2(-1e30);
     var front = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
         let is_high = (vec3(corner) & vec3(1u, 2u, 4u)) != vec3(0u);
-        let at = vec4(select(model.low - moved, model.high + moved, is_high), 1.0);
+        let at = vec4(select(box_low - moved, box_high + moved, is_high), 1.0);
         let away = vec3(dot(rows[0], at), dot(rows[1], at), dot(rows[2], at)) - camera[0].xyz;
         let z = dot(camera[3].xyz, away);
         // A box that reaches behind the camera is seen.
@@ -126,5 +147,35 @@ fn test_agents(
         states[index] = 0u;
     } else {
         states[index] = select(SEEN, HIDDEN, is_hidden(index));
+    }
+}
+
+/// Finds the draws of a single agent whose clusters are hidden while the agent is not. These are in a group with others, which
+/// has the box of all of them in every pose.
+@compute @workgroup_size(GROUP)
+fn test_draws(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let draw = linear_item(group, groups, local);
+    if draw >= min(atomicLoad(&counts[1]), call.draws) || draws[5u * draw + 1u] != 1u {
+        return;
+    }
+    let agent = order[draws[5u * draw + 4u]];
+    let model = models[drawn[draw].x];
+    let cluster = clusters[model.first_cluster + drawn[draw].y];
+    if (states[agent] & HIDDEN) != 0u || cluster.w == NONE {
+        return;
+    }
+    let box = boxes[model.first_group + cluster.w];
+    if !is_box_hidden(agent, box[0].xyz, box[1].xyz, agents[agent].moved) {
+        return;
+    }
+    atomicStore(&draw_states[draw], HIDDEN);
+    atomicAdd(&draw_states[call.draws], 1u);
+    if call.removes == 1u {
+        draws[5u * draw + 1u] = 0u;
+        atomicSub(&counts[2], cluster.x / 3u);
     }
 }

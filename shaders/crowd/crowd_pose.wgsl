@@ -68,6 +68,8 @@ struct Posed {
 @group(0) @binding(5) var<storage, read> blends: array<f32>;
 /// For each agent SEEN if it was in the last frame, and HIDDEN.
 @group(0) @binding(6) var<storage, read> states: array<u32>;
+/// HIDDEN or 0 for each draw.
+@group(0) @binding(7) var<storage, read> draw_states: array<u32>;
 /// 1 where a run begins; then how many begin before.
 @group(1) @binding(0) var<storage, read_write> runs: array<u32>;
 /// 1 for each instance that is drawn; then how many are before.
@@ -235,6 +237,9 @@ fn count_parts(
         parts = vec2((fresh[end_run] - fresh[first_run]) * vertices, (marks[end] - marks[first]) * draws[5u * at]);
         if call.pass_number == 0u {
             atomicAdd(&total, (end_run - first_run) * vertices);
+        }
+        if call.which == VISIBLE && draw_states[at] == HIDDEN {
+            parts = vec2(0u);
         }
     }
     posed_starts[at] = parts.x;

@@ -480,6 +480,14 @@ int main() {
     CHECK(crowd_draws.draws.size() == crowd_frame.draw_count && crowd_draws.clusters[0][0] == 0);
     CHECK(model.collapses().size() == model.points().size() && crowd_draws.blends.size() == crowd_draws.draws.size());
     CHECK(model.offsets().empty() && crowd_draws.weights.empty() && crowd_draws.first_weights.size() == 3);
+    auto stream = relievo::CrowdStream::open(context, {"wrapper_crowd.rcrowd"});
+    CHECK(stream.add(agents) == 0 && stream.cut(crowd_view).triangles == crowd_frame.triangles);
+    CHECK(stream.info().missing == 0 && stream.model(0).points() == model.points());
+    for (const auto &cluster : stream.read()) {
+        const auto all = model.triangles();
+        const auto first = all.begin() + model.clusters()[cluster.cluster].first_triangle;
+        CHECK(std::equal(first, first + cluster.triangle_count, stream.triangles(cluster).begin()));
+    }
     crowd_view.impostors = 1;
     const auto far_frame = crowd.cut(crowd_view);
     const auto quads = crowd.impostors(far_frame);

@@ -155,6 +155,8 @@ class Misuse(unittest.TestCase):
         model = rl.CrowdModel.build(context, "cube.obj")
         crowd = rl.Crowd(context, [model])
         crowd.add(numpy.eye(4)[None])
+        model.write("kept.rcrowd")
+        stream = rl.CrowdStream(context, ["kept.rcrowd"])
         pins = [((1, 1), (-0.5, -0.5, 0)), ((9, 1), (0.5, -0.5, 0)), ((5, 9), (0, 0.5, 0))]
         kept = rl.Document(detail, "kept.relievo")
         shader = rl.Shader("uniform float a;\nvoid main() {\n//. vector a; 1.0\n}\n")
@@ -175,7 +177,7 @@ class Misuse(unittest.TestCase):
         level_of = rl.Level(whole)
         level_of.update()
         objects = [context, mesh, cube, surface, detail, detail.layers, brush, collider, whole, level_of, fluid, particles]
-        objects += [isosurface, tissue, simulation, model, crowd, laid, kept, shader, examples, ended, reader, grid, empty]
+        objects += [isosurface, tissue, simulation, model, crowd, stream, laid, kept, shader, examples, ended, reader, grid, empty]
         objects += [rl.Arrival(context), rl.Bezier(context, numpy.random.default_rng(1).random((16, 3))), rl.Caster(context, mesh)]
         objects += [rl.Diffuse(context, 0.5), rl.Foam(context, (4, 4), (0, 0, 5), (0, 0, 0), (0, 1, 0)), rl.Picture(context, "kept.relievo")]
         objects += [rl.Procedural(detail), rl.Stroke(detail, brush), rl.Subdivision(context, mesh), rl.Tessellation(detail)]
@@ -233,7 +235,8 @@ class Misuse(unittest.TestCase):
         objects, right = self.things()
         right |= {
             "Picture.image.image": 0, "Picture.read.image": 0, "Brush.set_curve.points": [(0, 0), (1, 1)], "Subdivision.evaluate.wanted": ["values"], "Stroke.points": [(0, 0, 0)], "Crowd.cut.size": (8, 8),
-            "Crowd.set.first": 0, "Fluid.move_collider.collider": 0, "Fluid.move_collider.to": [(0, 0, 0)], "Shader.unpack.log": [1, 1],
+            "Crowd.set.first": 0, "CrowdStream.set.first": 0, "CrowdStream.cut.size": (8, 8), "CrowdStream.set_weights.weights": None,
+            "CrowdStream.model.model": 0, "CrowdStream.triangles.slot": 0, "CrowdStream.triangles.count": 400, "Fluid.move_collider.collider": 0, "Fluid.move_collider.to": [(0, 0, 0)], "Shader.unpack.log": [1, 1],
             "DeviceCrowd.cut.size": (8, 8), "Decal.move_image.image": (1, 1), "Layers.place.place": 0, "Fluid.add.points": [(0, 0, 0)],
             "TissueSimulation.relax.steps": 1, "TissueSimulation.drive.keys": [(0.0, (0, 0, 0))], "TissueSimulation.bound_points.out": None,
             "Grid.set_block.values": numpy.ones((1, 1, 1)), "Particles.keep.classes": [1], "Crowd.set_weights.weights": None,

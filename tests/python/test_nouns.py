@@ -1209,6 +1209,45 @@ class Crowds(unittest.TestCase):
         with self.assertRaisesRegex(rl.Invalid, "pose_rate"):
             model.refit(self.path, pose_rate=-1)
 
+    def test_clusters_are_read_while_a_crowd_is_drawn(self):
+        model = rl.CrowdModel.build(self.context, self.path, cluster_triangles=40)
+        path = Path(self.folder.name) / "waves.rcrowd"
+        model.write(path)
+        stream, whole = rl.CrowdStream(self.context, [path], most_read=4), rl.Crowd(self.context, [model])
+        transforms = numpy.tile(numpy.eye(4), (2, 1, 1))
+        transforms[:, 2, 3] = [0, -8]
+        view = (400, 400), (0.5, 0.5, 3), (0.5, 0.5, 0)
+        triangles, known = model.triangles()[0], model.clusters()
+        mirror = numpy.zeros((stream.info.slot_count, stream.info.slot_triangles, 3), numpy.uint32)
+        for crowd in (stream, whole):
+            crowd.add(transforms)
+        goal, shown, missing = whole.cut(*view), [], None
+        copied = stream.read()
+        while missing != 0:
+            shown.append(stream.cut(*view).triangles)
+            copied = numpy.concatenate([copied, stream.read()])
+            missing = stream.info.missing
+            self.assertLessEqual(stream.info.read, 4)
+        for _model, cluster, slot, count in copied:
+            mirror[slot, :count] = stream.triangles(slot, count)[0]
+            first = known[cluster]["first_triangle"]
+            numpy.testing.assert_array_equal(mirror[slot, :count], triangles[first : first + count])
+        self.assertTrue(len(shown) > 2 and shown == sorted(shown), shown)
+        self.assertEqual((shown[-1], stream.info.wanted_triangles), (goal.triangles, goal.triangles))
+        draws, clusters = stream.draws()[:2]
+        for draw, (_model, cluster) in zip(draws, clusters):
+            first, count = draw["first_index"], draw["index_count"]
+            drawn = mirror.reshape(-1)[first : first + count]
+            numpy.testing.assert_array_equal(drawn.reshape(-1, 3)[0], triangles[known[cluster]["first_triangle"]])
+        points = stream.model(0).vertices("points")["points"]
+        numpy.testing.assert_array_equal(points, model.vertices("points")["points"])
+        with self.assertRaisesRegex(rl.Unsupported, "read while"):
+            stream.model(0).triangles()
+        with self.assertRaisesRegex(rl.Invalid, "no stream"):
+            rl.CrowdStream.info.fget(whole)
+        with self.assertRaises(rl.NotFound):
+            rl.CrowdStream(self.context, [path.with_name("none.rcrowd")])
+
     def test_agents_are_cut_into_draws(self):
         model = rl.CrowdModel.build(self.context, self.path, cluster_triangles=40)
         crowd = rl.Crowd(self.context, [model])

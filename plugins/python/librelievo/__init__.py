@@ -39,6 +39,7 @@ from .color_buffer import ColorBuffer
 from .connection import Connection
 from .context import Context
 from .crowd import Crowd, CrowdModel, DeviceCrowd
+from .crowd_stream import CrowdStream
 from .decal import Decal
 from .detail import Detail
 from .diffuse import Diffuse

@@ -1766,7 +1766,7 @@ class RlvCrowdFrame(Structure):
         ("weight_count", c_uint32),
         ("impostor_count", c_uint32),
         ("picture_count", c_uint32),
-        ("reserved", c_uint32),
+        ("hidden_clusters", c_uint32),
     ]
 
 
@@ -1847,6 +1847,43 @@ class RlvCrowdImpostors(Structure):
         ("picture_stride", c_size_t),
         ("texels", POINTER(RlvCrowdTexel)),
         ("texel_capacity", c_size_t),
+    ]
+
+
+class RlvCrowdStreamFile(Structure):
+    _fields_ = [
+        ("path", c_char_p),
+    ]
+
+
+class RlvCrowdStreamSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("most_read", c_uint32),
+        ("budget", c_uint64),
+    ]
+
+
+class RlvCrowdStreamInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("slot_triangles", c_uint32),
+        ("slot_count", c_uint32),
+        ("resident", c_uint32),
+        ("read", c_uint32),
+        ("dropped", c_uint32),
+        ("missing", c_uint32),
+        ("reserved", c_uint32),
+        ("wanted_triangles", c_uint64),
+    ]
+
+
+class RlvCrowdStreamCluster(Structure):
+    _fields_ = [
+        ("model", c_uint32),
+        ("cluster", c_uint32),
+        ("slot", c_uint32),
+        ("triangle_count", c_uint32),
     ]
 
 
@@ -2075,6 +2112,8 @@ class RlvDeviceCrowdInfo(Structure):
         ("hidden", c_uint32),
         ("hidden_triangles", c_uint64),
         ("occluder_triangles", c_uint64),
+        ("hidden_clusters", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -3461,6 +3500,8 @@ INIT = {
     RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0, None, 0, None, None,),
     RlvCrowdImpostors: (ctypes.sizeof(RlvCrowdImpostors), 0, None, 0, 0, None, 0, 0, None, 0,),
+    RlvCrowdStreamSettings: (ctypes.sizeof(RlvCrowdStreamSettings), 1024, 67108864,),
+    RlvCrowdStreamInfo: (ctypes.sizeof(RlvCrowdStreamInfo), 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvStream: (ctypes.sizeof(RlvStream), 0, None, None, None, None, None, None, None,),
     RlvDocumentInfo: (ctypes.sizeof(RlvDocumentInfo), 0, 0, 0, 0,),
     RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
@@ -3475,7 +3516,7 @@ INIT = {
     RlvDecalTexture: (ctypes.sizeof(RlvDecalTexture), 0, 0, 3, 8, 0, None, 0,),
     RlvDecalReport: (ctypes.sizeof(RlvDecalReport), 0, 0, 0, 0,),
     RlvDecalRecipe: (ctypes.sizeof(RlvDecalRecipe), 0, 0, 0, 0, 0, 0, 0, 0.0, 0.0, 0,),
-    RlvDeviceCrowdInfo: (ctypes.sizeof(RlvDeviceCrowdInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvDeviceCrowdInfo: (ctypes.sizeof(RlvDeviceCrowdInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvDeviceCrowdVulkan: (ctypes.sizeof(RlvDeviceCrowdVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
@@ -3768,6 +3809,11 @@ FUNCTIONS = {
     "rlv_crowd_cut": (RlvResult, [("crowd", RlvCrowd), ("view", POINTER(RlvCrowdView)), ("out", POINTER(RlvCrowdFrame))]),
     "rlv_crowd_get": (RlvResult, [("crowd", RlvCrowd), ("buffers", POINTER(RlvCrowdBuffers))]),
     "rlv_crowd_get_impostors": (RlvResult, [("crowd", RlvCrowd), ("impostors", POINTER(RlvCrowdImpostors))]),
+    "rlv_crowd_stream_open": (RlvResult, [("context", RlvContext), ("files", POINTER(RlvCrowdStreamFile)), ("count", c_size_t), ("settings", POINTER(RlvCrowdStreamSettings)), ("out", POINTER(RlvCrowd))]),
+    "rlv_crowd_stream_model": (RlvResult, [("crowd", RlvCrowd), ("model", c_uint32), ("out", POINTER(RlvCrowdModel))]),
+    "rlv_crowd_stream_info": (RlvResult, [("crowd", RlvCrowd), ("out", POINTER(RlvCrowdStreamInfo))]),
+    "rlv_crowd_stream_get_read": (RlvResult, [("crowd", RlvCrowd), ("clusters", POINTER(RlvCrowdStreamCluster)), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_crowd_stream_get_triangles": (RlvResult, [("crowd", RlvCrowd), ("slot", c_uint32), ("triangles", c_uint32_p), ("materials", c_uint32_p), ("capacity", c_size_t)]),
     "rlv_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_create_stream": (RlvResult, [("detail", RlvDetail), ("stream", POINTER(RlvStream)), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),

@@ -23,7 +23,7 @@ pub use levels::{arrival, device_level, level, progressive, simplify};
 pub use runtime::{
     adapter, allocator, buffer, bytes, capability, context, error, job, parameter, stream, version, vulkan,
 };
-pub use scenery::{crowd, device_crowd, picture, shader};
+pub use scenery::{crowd, crowd_stream, device_crowd, picture, shader};
 pub use simulation::{channel, client, diffuse, fluid, foam, isosurface, particles, tissue};
 pub use surfaces::{
     bezier, caster, evaluate, grid, mesh, procedural, ptex, repair, shape, subdivision, surface, tessellate,

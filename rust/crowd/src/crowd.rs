@@ -23,6 +23,7 @@ use crate::ladder::Ladder;
 use crate::near::{GroupBoxes, NearCut, NearModel, Spheres};
 use crate::sharing::{BoneBoxes, Sharing};
 use crate::skinning::Blend;
+use crate::stream::Stream;
 use crate::view::CrowdView;
 use crate::weights::{Offsets, OwnWeights};
 
@@ -139,6 +140,8 @@ pub struct Crowd {
     near: Vec<NearCut>,
     /// Counts changes of agents.
     changes: u64,
+    /// Clusters in memory, where cuts read them from files.
+    pub(crate) stream: Option<Stream>,
 }
 
 /// The pose of an agent. Agents with equal keys look alike.
@@ -217,6 +220,7 @@ impl Crowd {
             states: Vec::new(),
             near: Vec::new(),
             changes: 0,
+            stream: None,
         }
     }
 
@@ -460,7 +464,8 @@ impl Crowd {
     /// Finds what a view draws of every agent, and writes it over `frame`.
     ///
     /// # Errors
-    /// The view is not finite, or vertices are to move and a model does not say where.
+    /// The view is not finite, vertices are to move and a model does not say where, or a cluster that is read from a file is
+    /// damaged.
     pub fn cut(&mut self, context: &Context, view: &CrowdView, frame: &mut Frame) -> Result<()> {
         view.check()?;
         if view.geomorph {
@@ -520,6 +525,11 @@ impl Crowd {
                     frame.drawn.push((index as u32, Drawn::Step(step)));
                 }
             }
+        }
+        if let Some(mut stream) = self.stream.take() {
+            let done = stream.update(self, frame);
+            self.stream = Some(stream);
+            done?;
         }
         Ok(())
     }

@@ -84,8 +84,10 @@ impl DeviceCrowd {
     /// Sends the models of a crowd to a device, and makes room for its agents and for `draws` draws.
     ///
     /// # Errors
-    /// The device has no memory, or indices, vertices or matrices of all models do not fit 32 bits.
+    /// The device has no memory, indices, vertices or matrices of all models do not fit 32 bits, or clusters are read while they
+    /// are drawn.
     pub fn new(device: &Device, crowd: &Crowd, draws: u32) -> Result<Self> {
+        crowd.check_whole()?;
         let shared = Shared::new(device, crowd)?;
         let work = Work::new(device, &shared, crowd.agents().len(), draws)?;
         Ok(Self { device: device.clone(), shared, work, capacity: draws, view: [0; 2] })

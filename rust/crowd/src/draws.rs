@@ -18,7 +18,7 @@ pub struct Draw {
     pub index_count: u32,
     /// Agents that show the cluster.
     pub instance_count: u32,
-    /// The first index in the indices of all models.
+    /// The first index in the indices of all models, or in those of the slots of a [`Stream`](crate::Stream).
     pub first_index: u32,
     /// The first vertex of the model in the vertices of all models.
     pub base_vertex: i32,
@@ -112,7 +112,10 @@ impl DrawList {
                 self.draws.push(Draw {
                     index_count: 3 * found.count,
                     instance_count: alike.len() as u32,
-                    first_index: first_index + 3 * found.first,
+                    first_index: match crowd.stream() {
+                        Some(stream) => 3 * stream.first_triangle(number, *cluster),
+                        None => first_index + 3 * found.first,
+                    },
                     base_vertex: base_vertex as i32,
                     first_instance,
                 });

@@ -4,7 +4,7 @@
 //! one another, so that errors of one do not bound those of the other. The distance that each simplification adds is measured
 //! again in all poses, as a refit does, and the larger error taken. Boxes hold the places of both.
 
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Result};
 
 use crate::build::measure::{BLOCK, Gauge, NEGLIGIBLE, numbered};
 use crate::build::{Face, lower, upper};
@@ -56,12 +56,7 @@ impl CrowdModel {
         if blend == self.blend || blend == Blend::Linear {
             return Ok(made);
         }
-        if self.character.triangles.iter().all(|triangle| *triangle == [0; 3]) {
-            return Err(Error::unsupported(
-                "the triangles of a model that is read while it is drawn cannot be measured",
-            )
-            .advise("load the whole file to blend bones as dual quaternions"));
-        }
+        self.check_triangles()?;
         let poses = self.clips.iter().flat_map(|clip| &clip.poses);
         let poses = poses.map(|pose| Posing::new(&self.character, pose, blend)).collect::<Result<Vec<_>>>()?;
         let poses = Poses { model: self, poses };

@@ -96,8 +96,9 @@ impl CrowdModel {
     /// Writes a file, which is there when it is complete.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The file cannot be written, or clusters of the model are read while it is drawn.
     pub fn save(&self, path: &Path) -> Result<()> {
+        self.check_triangles()?;
         file::store(path, |out| self.write(out))
     }
 

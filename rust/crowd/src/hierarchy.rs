@@ -7,7 +7,7 @@
 //! of a group are either all drawn coarse or all fine, and a group is coarse only if all below it are, because errors and
 //! boxes grow upwards. That makes every cut free of cracks.
 
-use relievo_core::{Context, Progress, Result};
+use relievo_core::{Context, Error, Progress, Result};
 
 use crate::build;
 use crate::character::Character;
@@ -180,6 +180,22 @@ impl CrowdModel {
             |cluster: &Cluster| coarse(cluster.made_by).unwrap_or(true) && !coarse(cluster.used_by).unwrap_or(false);
         let drawn = self.clusters.iter().zip(0..).filter(|(cluster, _)| is_drawn(cluster));
         drawn.map(|(_, index)| index).collect()
+    }
+
+    /// Whether its triangles are in memory. Those of a model whose clusters are read while it is drawn are not.
+    pub fn has_triangles(&self) -> bool {
+        self.character.triangles.iter().any(|triangle| *triangle != [0; 3])
+    }
+
+    /// Checks that its triangles are in memory.
+    ///
+    /// # Errors
+    /// They are read while the model is drawn.
+    pub fn check_triangles(&self) -> Result<()> {
+        if self.has_triangles() {
+            return Ok(());
+        }
+        Err(Error::unsupported("clusters of this model are read while it is drawn").advise("load the whole file"))
     }
 
     /// Returns how many triangles clusters have.

@@ -13,8 +13,9 @@ impl CrowdModel {
     /// its normals turned into the pose, and the index of the material of each face as `material`.
     ///
     /// # Errors
-    /// The pose has another number of bones than the character.
+    /// The pose has another number of bones than the character, or clusters of the model are read while it is drawn.
     pub fn mesh(&self, context: &Context, clusters: &[u32], pose: &Pose) -> Result<Mesh> {
+        self.check_triangles()?;
         let points = skin(context, &self.character, pose, self.blend)?;
         let normals = skin_normals(context, &self.character, pose, self.blend)?;
         Ok(self.gathered(clusters, &points, &normals).0)

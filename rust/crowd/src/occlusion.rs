@@ -1,10 +1,11 @@
 //! Culling by occlusion on the processor (Section 5.2): agents that others hide are not drawn.
 //!
 //! The agents that were seen in the last frame are rasterised first, as depths at the centres of pixels with the smallest of
-//! each 8 × 8 tile. An agent is hidden if these depths are nearer than the front of its box at every pixel that the box covers. The
-//! agent whose surface is the nearest at a pixel is never hidden there, since its box begins no later than its surface;
-//! so a picture with one sample in the middle of each pixel is the same as without culling. Where occluders have more
-//! triangles than they hide, culling rests for a while.
+//! each 8 × 8 tile. An agent is hidden if these depths are nearer than the front of its box at every pixel that the box covers, and
+//! so are groups of clusters of agents that are cut group by group. What is the nearest at a pixel is never hidden there, since its
+//! box begins no later than its surface; so a picture with one sample in the middle of each pixel is the same as without culling.
+//! Agents and groups that were hidden are drawn again as soon as their boxes are seen. Where occluders have more triangles than
+//! they hide, culling rests for a while.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -13,6 +14,7 @@ use glam::{DMat3, DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 
 use crate::crowd::{Crowd, Drawn, Frame, PoseKey};
+use crate::hierarchy::{CrowdModel, Group};
 use crate::skinning::skin;
 
 /// Triangles of occluders at most; the nearest agents come first.
@@ -25,8 +27,9 @@ const BAND: usize = 32;
 const ROUNDING: f32 = 1e-5;
 /// Pixels that boxes are widened by, for rounding.
 const WIDENED: f64 = 0.01;
-/// Frames with a loss after which culling rests, and for how many frames.
-const LOSSES: u32 = 4;
+/// Frames with a loss after which culling rests, at first and after a rest. In the first of them all agents are occluders.
+const LOSSES: [u32; 2] = [4, 2];
+/// Frames of a rest.
 const REST: u32 = 32;
 /// Pixels of a picture at most.
 const MOST_PIXELS: u64 = 1 << 26;
@@ -49,7 +52,9 @@ pub struct PixelView {
 pub struct Culled {
     /// Agents that were taken out of the frame.
     pub hidden: u32,
-    /// Triangles of these.
+    /// Clusters that were taken out of agents that are still in it.
+    pub hidden_clusters: u64,
+    /// Triangles of all of these.
     pub hidden_triangles: u64,
     /// Triangles of the occluders.
     pub occluder_triangles: u64,
@@ -62,6 +67,8 @@ pub struct Culled {
 pub struct Occlusion {
     /// Whether each agent was seen in the last frame.
     seen: Vec<bool>,
+    /// The groups of these that were hidden, in order.
+    hidden_groups: Vec<(u32, u32)>,
     /// Inverse depth at each pixel, 0 where there is no occluder, row after row from the top.
     depths: Vec<f32>,
     /// The smallest of each tile.
@@ -74,6 +81,7 @@ pub struct Occlusion {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rest {
     losses: u32,
+    /// Frames that are left of a rest.
     frames: u32,
 }
 
@@ -88,14 +96,18 @@ impl Rest {
     /// Counts a frame in which culling did not rest, with the work that it saved and spent.
     pub fn count(&mut self, saved: u64, spent: u64) {
         self.losses = if saved < spent { self.losses + 1 } else { 0 };
-        if self.losses >= LOSSES {
-            *self = Self { losses: 0, frames: REST };
+        let [first, later] = LOSSES;
+        if self.losses >= first {
+            *self = Self { losses: first - later, frames: REST };
         }
     }
 }
 
 /// The corners of a triangle in pixels, with their inverse depths.
 type Projected = [[f64; 3]; 3];
+
+/// The clusters of an agent, with how far their vertices are on the way.
+type Blended = Vec<(u32, f32)>;
 
 /// A box in the picture.
 struct Extent {
@@ -127,44 +139,76 @@ impl Occlusion {
         }
         if self.rest.is_resting() {
             self.remember(frame);
+            self.hidden_groups.clear();
             return Ok(Culled { is_resting: true, ..Culled::default() });
         }
-        let counted = |drawn: &(u32, Drawn)| {
-            let model = &crowd.models()[crowd.agents()[drawn.0 as usize].model as usize];
-            if drawn.1 == Drawn::Impostor {
-                return (0, 2);
-            }
-            let clusters = crowd.clusters(frame, *drawn);
-            (clusters.len() as u64, model.triangle_count(clusters))
-        };
-        let counts: Vec<(u64, u64)> = frame.drawn.iter().map(counted).collect();
-        let agent = |at: usize| frame.drawn[at].0;
-        let away = |at: usize| crowd.agents()[agent(at) as usize].transform.translation.distance_squared(view.eye);
-        let mut order: Vec<usize> = (0..counts.len()).filter(|at| self.seen[agent(*at) as usize]).collect();
-        order.sort_by(|a, b| away(*a).total_cmp(&away(*b)).then(a.cmp(b)));
-        let (mut found, mut occluders) = (Culled::default(), Vec::new());
-        for at in order {
-            if found.occluder_triangles + counts[at].1 > MOST_TRIANGLES {
-                break;
-            }
-            found.occluder_triangles += counts[at].1;
-            occluders.push(frame.drawn[at]);
-        }
-        self.rasterise(context, crowd, (view, time), frame, &occluders)?;
+        let (occluders, occluder_triangles) = self.occluders(crowd, view, frame);
+        self.rasterise(context, crowd, (view, time), &occluders)?;
+        let width = view.size[0] as usize;
         let is_hidden = context.map(frame.drawn.len(), |at| {
-            extent(crowd, view, frame.drawn[at]).is_some_and(|extent| self.hides(&extent, view.size[0] as usize))
+            extent_of_agent(crowd, view, frame.drawn[at]).is_some_and(|extent| self.hides(&extent, width))
         });
-        for ((clusters, triangles), _) in counts.iter().zip(&is_hidden).filter(|(_, is_hidden)| **is_hidden) {
-            found.hidden += 1;
-            found.hidden_triangles += triangles;
-            frame.clusters -= clusters;
+        let hidden_groups = context.map(frame.drawn.len(), |at| match is_hidden[at] {
+            true => Vec::new(),
+            false => self.groups_hidden(crowd, view, (frame, frame.drawn[at])),
+        });
+        self.hidden_groups.clear();
+        for (drawn, groups) in frame.drawn.iter().zip(&hidden_groups) {
+            self.hidden_groups.extend(groups.iter().map(|group| (drawn.0, *group)));
         }
-        frame.triangles -= found.hidden_triangles;
-        let mut hidden = is_hidden.into_iter();
-        frame.drawn.retain(|_| !hidden.next().unwrap_or_default());
+        let mut found = remove(crowd, frame, (&is_hidden, &hidden_groups));
+        found.occluder_triangles = occluder_triangles;
         self.remember(frame);
         self.rest.count(found.hidden_triangles, found.occluder_triangles);
         Ok(found)
+    }
+
+    /// Returns the nearest agents that were seen in the last frame, with their clusters that were, and their number of triangles.
+    fn occluders(&self, crowd: &Crowd, view: &PixelView, frame: &Frame) -> (Vec<(u32, Blended)>, u64) {
+        let agent = |drawn: &(u32, Drawn)| &crowd.agents()[drawn.0 as usize];
+        let away = |drawn: &(u32, Drawn)| agent(drawn).transform.translation.distance_squared(view.eye);
+        let seen = frame.drawn.iter().filter(|drawn| self.seen[drawn.0 as usize] && drawn.1 != Drawn::Impostor);
+        let mut order: Vec<&(u32, Drawn)> = seen.collect();
+        order.sort_by(|a, b| away(a).total_cmp(&away(b)).then(a.0.cmp(&b.0)));
+        let (mut occluders, mut triangles) = (Vec::new(), 0);
+        for drawn in order {
+            let model = &crowd.models()[agent(drawn).model as usize];
+            let clusters = self.seen_before(crowd, frame, *drawn);
+            let count: u64 = clusters.iter().map(|it| u64::from(model.clusters[it.0 as usize].count)).sum();
+            if triangles + count > MOST_TRIANGLES {
+                break;
+            }
+            triangles += count;
+            occluders.push((drawn.0, clusters));
+        }
+        (occluders, triangles)
+    }
+
+    /// Returns the groups of an agent that are hidden where it is cut group by group, in order.
+    fn groups_hidden(&self, crowd: &Crowd, view: &PixelView, (frame, drawn): (&Frame, (u32, Drawn))) -> Vec<u32> {
+        let Drawn::Mixed { .. } = drawn.1 else { return Vec::new() };
+        let model = model_of(crowd, drawn.0);
+        let clusters = crowd.clusters(frame, drawn).iter();
+        let mut groups: Vec<u32> = clusters.map(|cluster| model.clusters[*cluster as usize].used_by).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        groups.retain(|group| {
+            let Some(Group { low, high, .. }) = model.groups.get(*group as usize) else { return false };
+            let found = extent(crowd, view, drawn.0, (low, high, crowd.moved(drawn.0)));
+            found.is_some_and(|extent| self.hides(&extent, view.size[0] as usize))
+        });
+        groups
+    }
+
+    /// Returns the clusters of an agent, but those of groups that were hidden in the last frame.
+    fn seen_before(&self, crowd: &Crowd, frame: &Frame, drawn: (u32, Drawn)) -> Blended {
+        let model = model_of(crowd, drawn.0);
+        let is_seen = |cluster: u32| {
+            let group = model.clusters[cluster as usize].used_by;
+            self.hidden_groups.binary_search(&(drawn.0, group)).is_err()
+        };
+        let blends = crowd.blends(frame, drawn).iter().copied().chain(std::iter::repeat(0.0));
+        crowd.clusters(frame, drawn).iter().copied().zip(blends).filter(|(cluster, _)| is_seen(*cluster)).collect()
     }
 
     /// Notes which agents are drawn.
@@ -179,8 +223,7 @@ impl Occlusion {
         context: &Context,
         crowd: &Crowd,
         (view, time): (&PixelView, f64),
-        frame: &Frame,
-        occluders: &[(u32, Drawn)],
+        occluders: &[(u32, Blended)],
     ) -> Result<()> {
         // Agents in the same pose share it.
         let mut poses: HashMap<PoseKey, Vec<[f32; 3]>> = HashMap::new();
@@ -192,17 +235,19 @@ impl Occlusion {
             }
         }
         let projected: Vec<Vec<Projected>> = context.map(occluders.len(), |at| {
-            let drawn = occluders[at];
-            let agent = &crowd.agents()[drawn.0 as usize];
+            let (number, clusters) = &occluders[at];
+            let agent = &crowd.agents()[*number as usize];
             let model = &crowd.models()[agent.model as usize];
-            let points = &poses[&crowd.pose_key(drawn.0, time)];
+            let points = &poses[&crowd.pose_key(*number, time)];
             let corner = |of: (u32, f32), vertex: u32| {
                 let place = Vec3::from(model.blended(of, vertex, points)).as_dvec3();
                 view.project(agent.transform.transform_point3(place))
             };
-            let blends = crowd.blends(frame, drawn).iter().copied().chain(std::iter::repeat(0.0));
-            let clusters = crowd.clusters(frame, drawn).iter().copied().zip(blends);
-            let triangles = clusters.flat_map(|of| model.triangles(of.0).iter().map(move |triangle| (of, triangle)));
+            let of_cluster = |of: &(u32, f32)| {
+                let of = *of;
+                crowd.triangles(agent.model, of.0).0.iter().map(move |it| (of, it))
+            };
+            let triangles = clusters.iter().flat_map(of_cluster);
             // A triangle that reaches behind the camera hides nothing.
             triangles.filter_map(|(of, [a, b, c])| Some([corner(of, *a)?, corner(of, *b)?, corner(of, *c)?])).collect()
         });
@@ -277,16 +322,68 @@ impl PixelView {
     }
 }
 
-/// Returns the pixels that the box of an agent may cover; nothing where it reaches behind the camera or covers none.
-fn extent(crowd: &Crowd, view: &PixelView, (agent, drawn): (u32, Drawn)) -> Option<Extent> {
-    let mut moved = crowd.moved(agent);
-    let agent = &crowd.agents()[agent as usize];
-    let model = &crowd.models()[agent.model as usize];
-    if drawn == Drawn::Impostor {
-        // The square is in a sphere around the box of the pose.
-        moved += 0.5 * model.size();
+fn model_of(crowd: &Crowd, agent: u32) -> &CrowdModel {
+    &crowd.models()[crowd.agents()[agent as usize].model as usize]
+}
+
+/// Takes hidden agents, and the clusters of hidden groups of others, out of a frame.
+fn remove(crowd: &Crowd, frame: &mut Frame, (is_hidden, hidden_groups): (&[bool], &[Vec<u32>])) -> Culled {
+    let mut culled = Culled::default();
+    let (mut drawn, mut mixed, mut blends) = (Vec::with_capacity(frame.drawn.len()), Vec::new(), Vec::new());
+    let (mut clusters, mut triangles) = (0, 0);
+    for ((entry, is_hidden), groups) in frame.drawn.iter().zip(is_hidden).zip(hidden_groups) {
+        let model = model_of(crowd, entry.0);
+        let of = crowd.clusters(frame, *entry);
+        let all = if entry.1 == Drawn::Impostor { 2 } else { model.triangle_count(of) };
+        let is_seen = |cluster: u32| groups.binary_search(&model.clusters[cluster as usize].used_by).is_err();
+        let left: Vec<usize> = match is_hidden {
+            true => Vec::new(),
+            false => (0..of.len()).filter(|at| groups.is_empty() || is_seen(of[*at])).collect(),
+        };
+        let is_quad = entry.1 == Drawn::Impostor && !is_hidden;
+        if left.is_empty() && !is_quad {
+            culled.hidden += 1;
+            culled.hidden_triangles += all;
+            continue;
+        }
+        let first = mixed.len() as u32;
+        if let Drawn::Mixed { .. } = entry.1 {
+            let known = crowd.blends(frame, *entry);
+            mixed.extend(left.iter().map(|at| of[*at]));
+            blends.extend(left.iter().filter_map(|at| known.get(*at)));
+            let shown = model.triangle_count(&mixed[first as usize..]);
+            culled.hidden_clusters += (of.len() - left.len()) as u64;
+            culled.hidden_triangles += all - shown;
+            triangles += shown;
+            drawn.push((entry.0, Drawn::Mixed { first, count: left.len() as u32 }));
+        } else {
+            triangles += all;
+            drawn.push(*entry);
+        }
+        clusters += left.len() as u64;
     }
-    let ends = [model.low.map(|value| value - moved), model.high.map(|value| value + moved)];
+    (frame.drawn, frame.mixed, frame.blends) = (drawn, mixed, blends);
+    (frame.clusters, frame.triangles) = (clusters, triangles);
+    culled
+}
+
+/// Returns the pixels that the box of an agent may cover; nothing where it reaches behind the camera or covers none.
+fn extent_of_agent(crowd: &Crowd, view: &PixelView, (agent, drawn): (u32, Drawn)) -> Option<Extent> {
+    let model = model_of(crowd, agent);
+    // The square of an impostor is in a sphere around the box of the pose.
+    let square = if drawn == Drawn::Impostor { 0.5 * model.size() } else { 0.0 };
+    extent(crowd, view, agent, (&model.low, &model.high, crowd.moved(agent) + square))
+}
+
+/// Returns the pixels that a box in the space of an agent's model, widened on all sides, may cover; nothing as above.
+fn extent(
+    crowd: &Crowd,
+    view: &PixelView,
+    agent: u32,
+    (low, high, moved): (&[f32; 3], &[f32; 3], f32),
+) -> Option<Extent> {
+    let agent = &crowd.agents()[agent as usize];
+    let ends = [low.map(|value| value - moved), high.map(|value| value + moved)];
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for corner in 0..8 {
         let place: [f64; 3] = std::array::from_fn(|axis| f64::from(ends[corner >> axis & 1][axis]));

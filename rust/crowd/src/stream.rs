@@ -1,187 +1,409 @@
-//! Models that are read cluster by cluster while they are drawn, within a budget of memory (Section 5).
+//! Crowds whose clusters are read from files while they are drawn, within a budget of memory (Section 5).
 //!
-//! The coarsest clusters are always there. A cut asks for what it draws; what has not been read yet is drawn by the clusters
-//! above it: their group is taken as coarse, and all groups below it are. So what is shown has no cracks either.
+//! Triangles are in slots of equal size, as many as the budget has room for, so that a host mirrors them in an index buffer
+//! of fixed size. The coarsest clusters never leave them. A frame draws every cut of which the clusters are in memory, or are
+//! read for it; in place of another it draws the finest of the coarser cuts of which they are. Cuts have no cracks, so what is
+//! drawn has none.
 
+mod part;
+
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use relievo_core::{Context, Error, Result};
 
-use crate::file::Reader;
-use crate::hierarchy::{CrowdModel, NONE};
+use self::part::{Coarser, Part};
+use crate::crowd::{Crowd, Drawn, Frame};
+use crate::draws::too_large;
+use crate::hierarchy::{Cluster, CrowdModel, NONE};
 
 /// Bytes of a triangle in memory: three vertices and a material.
 const TRIANGLE: u64 = 16;
+/// Errors, in sizes of a model, that cuts may have which would exceed the budget: the smallest, how many, and the factor from
+/// one to the next. The largest is far above that of the coarsest clusters.
+const ERRORS: (f32, u32, f32) = (1e-6, 96, 1.25);
 
-/// A cluster that was read.
-#[derive(Clone, Debug)]
-struct Resident {
-    triangles: Vec<[u32; 3]>,
-    materials: Vec<u32>,
-    /// The request that last asked for it.
-    asked: u64,
-}
-
-/// A model of which some clusters are in memory.
+/// The clusters in memory of the models of a crowd.
 #[derive(Debug)]
 pub struct Stream {
-    reader: Reader,
-    budget: u64,
-    bytes: u64,
-    resident: Vec<Option<Resident>>,
-    requests: u64,
-    /// The clusters that each group simplifies, and the clusters that it makes.
-    below: Vec<Vec<u32>>,
-    above: Vec<Vec<u32>>,
+    parts: Vec<Part>,
+    /// Clusters that a frame reads at most.
+    most_read: u32,
+    /// Triangles of a slot.
+    slot_triangles: u32,
+    /// Of all slots, one after the other.
+    triangles: Vec<[u32; 3]>,
+    materials: Vec<u32>,
+    /// Model and cluster of each slot in use.
+    owners: Vec<Option<[u32; 2]>>,
+    /// Slots that are not in use.
+    free: Vec<u32>,
+    frames: u64,
+    read: Vec<[u32; 2]>,
+    counts: Streamed,
 }
 
-/// What a request did.
+/// What the last cut of a crowd read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Streamed {
     /// Clusters that were read.
     pub read: u32,
-    /// Clusters that were removed from memory for them.
+    /// Clusters that left memory for them.
     pub dropped: u32,
-    /// Clusters that are still missing.
+    /// Clusters of the cut that are missing.
     pub missing: u32,
+    /// Clusters in memory.
+    pub resident: u32,
+    /// Triangles of the cut, as if all its clusters were in memory.
+    pub wanted_triangles: u64,
+}
+
+/// Clusters of a model that agents show.
+#[derive(Debug)]
+struct Want {
+    model: u32,
+    /// What the view deserves.
+    cut: Vec<u32>,
+    /// What the budget has room for.
+    target: Vec<u32>,
+    /// What is drawn.
+    shown: Vec<u32>,
+}
+
+/// Slots of clusters that the frame does not draw.
+struct Unused {
+    /// From the last to the first that may be used anew, with model and cluster.
+    slots: Vec<(u32, [u32; 2])>,
+    /// Clusters that the frame may read still.
+    reads: usize,
 }
 
 impl Stream {
-    /// Opens a file and reads its coarsest clusters. The triangles of clusters take at most `budget` bytes of memory;
-    /// vertices, poses and the hierarchy, which the memory limit of the context bounds, come on top.
+    /// Opens the files of some models and reads their coarsest clusters. The triangles of clusters take at most `budget`
+    /// bytes; vertices, poses and hierarchies, which the memory limit of the context bounds for each file, come on top. A cut
+    /// reads at most `most_read` clusters.
     ///
     /// # Errors
-    /// As [`Reader::open`], or the coarsest clusters exceed the budget.
-    pub fn open(context: &Context, path: &Path, budget: u64) -> Result<Self> {
-        let reader = Reader::open(context, path)?;
-        let model = reader.model();
-        let groups = model.groups.len();
-        let (mut below, mut above) = (vec![Vec::new(); groups], vec![Vec::new(); groups]);
-        for (cluster, number) in model.clusters.iter().zip(0u32..) {
-            if let Some(list) = below.get_mut(cluster.used_by as usize) {
-                list.push(number);
-            }
-            if let Some(list) = above.get_mut(cluster.made_by as usize) {
-                list.push(number);
-            }
+    /// There is no file, one is no crowd model or is damaged, the coarsest clusters exceed the budget, the budget exceeds the
+    /// memory limit, or no cluster may be read.
+    pub fn open<P: AsRef<Path>>(context: &Context, paths: &[P], budget: u64, most_read: u32) -> Result<Self> {
+        if paths.is_empty() || most_read == 0 {
+            return Err(Error::invalid("no model or no cluster may be read").advise("give one at least"));
         }
-        let resident = vec![None; model.clusters.len()];
-        let mut made = Self { reader, budget, bytes: 0, resident, requests: 0, below, above };
-        let roots: Vec<u32> = (0..made.resident.len() as u32).filter(|cluster| made.is_root(*cluster)).collect();
-        let needed: u64 = roots.iter().map(|cluster| made.size(*cluster)).sum();
-        if needed > budget {
-            return Err(Error::memory(format!("the coarsest clusters have {needed} bytes, the budget {budget}"))
-                .at(path.display().to_string())
+        let parts = paths.iter().map(|path| Part::open(context, path.as_ref())).collect::<Result<Vec<_>>>()?;
+        let all = || parts.iter().flat_map(|part| part.clusters());
+        let slot_triangles = all().map(|cluster| cluster.count).max().unwrap_or_default().max(1);
+        let size = TRIANGLE * u64::from(slot_triangles);
+        let roots: Vec<[u32; 2]> =
+            (0..).zip(&parts).flat_map(|(model, part)| part.roots().map(move |cluster| [model, cluster])).collect();
+        let count = (budget / size).min(all().count() as u64);
+        if count < roots.len() as u64 {
+            let needed = size * roots.len() as u64;
+            return Err(Error::memory(format!("the coarsest clusters take {needed} bytes, the budget is {budget}"))
                 .advise("raise the budget"));
         }
-        roots.into_iter().try_for_each(|cluster| made.read(cluster))?;
+        if count * size > context.memory_limit() {
+            return Err(Error::memory(format!("the budget of {budget} bytes exceeds the memory limit"))
+                .advise("lower the budget or raise the limit"));
+        }
+        if count * u64::from(slot_triangles) > u64::from(u32::MAX / 3) {
+            return Err(too_large("indices").advise("lower the budget"));
+        }
+        let places = count as usize * slot_triangles as usize;
+        let mut made = Self {
+            parts,
+            most_read,
+            slot_triangles,
+            triangles: vec![[0; 3]; places],
+            materials: vec![0; places],
+            owners: vec![None; count as usize],
+            free: (0..count as u32).rev().collect(),
+            frames: 0,
+            read: Vec::new(),
+            counts: Streamed::default(),
+        };
+        for cluster in roots {
+            if let Some(slot) = made.free.pop() {
+                made.read_into(slot, cluster)?;
+            }
+        }
+        made.counts.resident = made.read.len() as u32;
         Ok(made)
     }
 
-    /// Returns the model without the triangles of clusters, for cuts.
-    pub fn model(&self) -> &CrowdModel {
-        self.reader.model()
+    /// Returns the models, without the triangles of clusters.
+    fn models(&self) -> Vec<Arc<CrowdModel>> {
+        self.parts.iter().map(|part| part.reader.shared()).collect()
     }
 
-    /// Returns the same, for a crowd.
-    pub fn shared(&self) -> Arc<CrowdModel> {
-        self.reader.shared()
+    /// Returns how many slots there are.
+    pub fn slot_count(&self) -> u32 {
+        self.owners.len() as u32
     }
 
-    /// Returns the bytes of the triangles in memory.
+    /// Returns how many triangles a slot has room for. The slot of number n begins at triangle n times this.
+    pub fn slot_triangles(&self) -> u32 {
+        self.slot_triangles
+    }
+
+    /// Returns the bytes of all slots.
     pub fn bytes(&self) -> u64 {
-        self.bytes
+        TRIANGLE * self.triangles.len() as u64
     }
 
-    /// Reads at most `most` of the clusters of a cut that are not in memory, the coarsest first. Where the budget is
-    /// exhausted, those go that no request has asked for longest; those of this cut stay.
-    ///
-    /// # Errors
-    /// A cluster is damaged or does not exist.
-    pub fn request(&mut self, cut: &[u32], most: u32) -> Result<Streamed> {
-        self.requests += 1;
-        let mut wanted = Vec::new();
-        for cluster in cut {
-            match self.resident.get_mut(*cluster as usize) {
-                Some(Some(resident)) => resident.asked = self.requests,
-                Some(None) => wanted.push(*cluster),
-                None => return Err(Error::invalid(format!("cluster {cluster} does not exist"))),
-            }
-        }
-        wanted.sort_unstable_by(|a, b| b.cmp(a));
-        wanted.dedup();
-        let mut old: Vec<(u64, u32)> = Vec::new();
-        if !wanted.is_empty() {
-            let known = self.resident.iter().zip(0..).filter_map(|(it, cluster)| Some((it.as_ref()?.asked, cluster)));
-            let is_free = |(asked, cluster): &(u64, u32)| *asked < self.requests && !self.is_root(*cluster);
-            old = known.filter(is_free).collect();
-            // The last is the first to go: the oldest, and of these the finest.
-            old.sort_unstable_by(|a, b| b.cmp(a));
-        }
-        let mut done = Streamed { missing: wanted.len() as u32, ..Streamed::default() };
-        for cluster in wanted {
-            if done.read == most {
-                break;
-            }
-            while self.bytes + self.size(cluster) > self.budget {
-                let Some((_, gone)) = old.pop() else { return Ok(done) };
-                self.bytes -= self.size(gone);
-                self.resident[gone as usize] = None;
-                done.dropped += 1;
-            }
-            self.read(cluster)?;
-            done.read += 1;
-            done.missing -= 1;
-        }
-        Ok(done)
+    /// Returns what the last cut read.
+    pub fn counts(&self) -> Streamed {
+        self.counts
     }
 
-    /// Returns what is drawn in place of a cut: its clusters that are in memory, and coarser ones where some are not.
-    pub fn shown(&self, cut: &[u32]) -> Vec<u32> {
-        let clusters = &self.model().clusters;
-        let mut is_coarse = vec![false; self.below.len()];
-        let mut waiting: Vec<u32> = Vec::new();
-        let is_missing = |cluster: u32| self.resident[cluster as usize].is_none();
-        waiting.extend(cut.iter().filter(|it| is_missing(**it)).map(|it| clusters[*it as usize].used_by));
-        let mut coarse = Vec::new();
-        while let Some(group) = waiting.pop() {
-            let at = group as usize;
-            if group == NONE || std::mem::replace(&mut is_coarse[at], true) {
+    /// Returns model and cluster of what the last cut read, or opening did.
+    pub fn read(&self) -> &[[u32; 2]] {
+        &self.read
+    }
+
+    /// Returns the slot of a cluster that is in memory.
+    pub fn slot(&self, model: u32, cluster: u32) -> Option<u32> {
+        *self.parts.get(model as usize)?.slots.get(cluster as usize)?
+    }
+
+    /// Returns model and cluster of what is in a slot.
+    pub fn content(&self, slot: u32) -> Option<[u32; 2]> {
+        *self.owners.get(slot as usize)?
+    }
+
+    /// Returns where the triangles of a cluster begin in all slots, 0 if it is not in memory.
+    pub(crate) fn first_triangle(&self, model: u32, cluster: u32) -> u32 {
+        self.slot(model, cluster).unwrap_or_default() * self.slot_triangles
+    }
+
+    /// Returns the triangles of a cluster that is in memory, and their materials.
+    pub fn triangles(&self, model: u32, cluster: u32) -> Option<(&[[u32; 3]], &[u32])> {
+        let first = self.slot(model, cluster)? as usize * self.slot_triangles as usize;
+        let count = self.parts[model as usize].clusters()[cluster as usize].count as usize;
+        Some((&self.triangles[first..][..count], &self.materials[first..][..count]))
+    }
+
+    /// Reads what a frame draws as far as the budget and the number of reads go, and draws coarser clusters in the frame
+    /// where some are missing. Impostors are drawn by the coarsest clusters.
+    pub(crate) fn update(&mut self, crowd: &Crowd, frame: &mut Frame) -> Result<()> {
+        let model = |agent: u32| crowd.agents()[agent as usize].model;
+        let mut wants: Vec<Want> = Vec::new();
+        let mut steps: HashMap<(u32, u32), usize> = HashMap::new();
+        let mut want_of = Vec::with_capacity(frame.drawn.len());
+        for drawn in &frame.drawn {
+            let number = model(drawn.0);
+            let next = wants.len();
+            let at = match drawn.1 {
+                Drawn::Step(step) => *steps.entry((number, step)).or_insert(next),
+                Drawn::Mixed { .. } | Drawn::Impostor => next,
+            };
+            if at == next {
+                let cut: Vec<u32> = match drawn.1 {
+                    Drawn::Impostor => self.parts[number as usize].roots().collect(),
+                    Drawn::Step(_) | Drawn::Mixed { .. } => crowd.clusters(frame, *drawn).to_vec(),
+                };
+                wants.push(Want { model: number, target: cut.clone(), cut, shown: Vec::new() });
+            }
+            want_of.push(at);
+        }
+        self.counts = Streamed { wanted_triangles: frame.triangles, ..Streamed::default() };
+        self.choose(crowd, &mut wants)?;
+        let (mut mixed, mut blends) = (Vec::new(), Vec::new());
+        let (mut clusters, mut triangles) = (0, 0);
+        let mut all = std::mem::take(&mut frame.drawn);
+        for (entry, at) in all.iter_mut().zip(want_of) {
+            let Want { shown, cut, model, .. } = &wants[at];
+            clusters += shown.len() as u64;
+            triangles += crowd.models()[*model as usize].triangle_count(shown);
+            if matches!(entry.1, Drawn::Step(_)) && shown == cut {
                 continue;
             }
-            coarse.push(group);
-            waiting.extend(self.below[at].iter().map(|it| clusters[*it as usize].made_by));
-            waiting
-                .extend(self.above[at].iter().filter(|it| is_missing(**it)).map(|it| clusters[*it as usize].used_by));
+            if !frame.blends.is_empty() {
+                let before = crowd.blends(frame, *entry).iter().copied();
+                let of: HashMap<u32, f32> = cut.iter().copied().zip(before).collect();
+                blends.extend(shown.iter().map(|cluster| of.get(cluster).copied().unwrap_or_default()));
+            }
+            entry.1 = Drawn::Mixed { first: mixed.len() as u32, count: shown.len() as u32 };
+            mixed.extend_from_slice(shown);
         }
-        let is_drawn =
-            |cluster: &u32| !is_coarse.get(clusters[*cluster as usize].used_by as usize).is_some_and(|it| *it);
-        let mut shown: Vec<u32> = cut.iter().copied().filter(is_drawn).collect();
-        shown.extend(coarse.iter().flat_map(|group| &self.above[*group as usize]).copied().filter(is_drawn));
-        shown.sort_unstable();
-        shown.dedup();
-        shown
-    }
-
-    /// Returns the triangles of a cluster and their materials, if it is in memory.
-    pub fn triangles(&self, cluster: u32) -> Option<(&[[u32; 3]], &[u32])> {
-        let found = self.resident.get(cluster as usize)?.as_ref()?;
-        Some((&found.triangles, &found.materials))
-    }
-
-    fn read(&mut self, cluster: u32) -> Result<()> {
-        let (triangles, materials) = self.reader.cluster(cluster)?;
-        self.bytes += self.size(cluster);
-        self.resident[cluster as usize] = Some(Resident { triangles, materials, asked: self.requests });
+        (frame.drawn, frame.clusters, frame.triangles) = (all, clusters, triangles);
+        (frame.mixed, frame.blends) = (mixed, blends);
         Ok(())
     }
 
-    fn is_root(&self, cluster: u32) -> bool {
-        self.model().clusters[cluster as usize].used_by == NONE
+    /// Finds what is drawn for each of the cuts, and reads it.
+    fn choose(&mut self, crowd: &Crowd, wants: &mut [Want]) -> Result<()> {
+        self.frames += 1;
+        self.read.clear();
+        if wants.iter().any(|want| self.parts[want.model as usize].missing(&want.cut).next().is_some()) {
+            self.fit(wants);
+        }
+        let mut fallbacks: Vec<Option<Coarser>> = Vec::with_capacity(wants.len());
+        for want in wants.iter_mut() {
+            let part = &mut self.parts[want.model as usize];
+            let ladder = crowd.ladder(want.model).filter(|_| part.missing(&want.target).next().is_some());
+            let fallback = ladder.map(|ladder| part.finest(ladder, &want.target, 0));
+            part.mark(&want.target, self.frames);
+            want.shown.clone_from(&want.target);
+            if let Some(Coarser { clusters, .. }) = &fallback {
+                part.mark(clusters, self.frames);
+                want.shown.clone_from(clusters);
+            }
+            fallbacks.push(fallback);
+        }
+        let mut unused = Unused { slots: Vec::new(), reads: self.most_read as usize };
+        if fallbacks.iter().any(Option::is_some) {
+            unused.slots = self.unused();
+        }
+        for (want, fallback) in wants.iter_mut().zip(fallbacks) {
+            let (Some(fallback), Some(ladder)) = (fallback, crowd.ladder(want.model)) else { continue };
+            let room = unused.slots.len() + self.free.len();
+            let part = &mut self.parts[want.model as usize];
+            let goal = part.goal(ladder, &want.target, &fallback, (unused.reads, room));
+            if part.missing(&goal).count() <= room && self.fetch(want.model, &goal, &mut unused)? {
+                want.shown = goal;
+            }
+        }
+        for want in wants {
+            let part = &self.parts[want.model as usize];
+            self.counts.missing += part.missing(&want.cut).count() as u32;
+        }
+        self.counts.read = self.read.len() as u32;
+        self.counts.resident = (self.owners.len() - self.free.len()) as u32;
+        Ok(())
     }
 
-    fn size(&self, cluster: u32) -> u64 {
-        TRIANGLE * u64::from(self.model().clusters[cluster as usize].count)
+    /// Makes cuts coarser, by the least error for which all their clusters have slots beside the coarsest.
+    fn fit(&self, wants: &mut [Want]) {
+        let fits = |cuts: &mut dyn Iterator<Item = (u32, Vec<u32>)>| {
+            let roots = (0..).zip(&self.parts).map(|(model, part)| (model, part.roots().collect::<Vec<_>>()));
+            let all = cuts.chain(roots).flat_map(|(model, cut)| cut.into_iter().map(move |cluster| (model, cluster)));
+            let mut all: Vec<(u32, u32)> = all.collect();
+            all.sort_unstable();
+            all.dedup();
+            all.len() <= self.owners.len()
+        };
+        if fits(&mut wants.iter().map(|want| (want.model, want.cut.clone()))) {
+            return;
+        }
+        let coarser = |want: &Want, step: u32| {
+            let part = &self.parts[want.model as usize];
+            let (least, _, factor) = ERRORS;
+            part.coarsened(&want.cut, part.reader.model().size() * least * factor.powi(step as i32))
+        };
+        let (mut low, mut high) = (0, ERRORS.1);
+        while low < high {
+            let middle = (low + high) / 2;
+            if fits(&mut wants.iter().map(|want| (want.model, coarser(want, middle)))) {
+                high = middle;
+            } else {
+                low = middle + 1;
+            }
+        }
+        for want in wants {
+            want.target = coarser(want, high);
+        }
+    }
+
+    /// Returns the slots of clusters that the frame does not draw, with model and cluster: the last is the one that was drawn
+    /// longest ago, and of these the one with the smallest error.
+    fn unused(&self) -> Vec<(u32, [u32; 2])> {
+        let used = (0..).zip(&self.owners).filter_map(|(slot, owner)| owner.map(|owner| (slot, owner)));
+        let ranked = used.map(|(slot, [model, cluster])| {
+            let part = &self.parts[model as usize];
+            (part.used[cluster as usize], part.rank(cluster), slot, [model, cluster])
+        });
+        let is_free = |(frame, _, _, [model, cluster]): &(u64, u32, u32, [u32; 2])| {
+            *frame < self.frames && self.parts[*model as usize].clusters()[*cluster as usize].used_by != NONE
+        };
+        let mut unused: Vec<_> = ranked.filter(is_free).collect();
+        unused.sort_unstable_by(|a, b| b.cmp(a));
+        unused.into_iter().map(|(_, _, slot, owner)| (slot, owner)).collect()
+    }
+
+    /// Reads clusters of a cut that are missing, those of the largest errors first. Returns whether all are in memory then.
+    fn fetch(&mut self, model: u32, cut: &[u32], unused: &mut Unused) -> Result<bool> {
+        let part = &mut self.parts[model as usize];
+        part.mark(cut, self.frames);
+        let mut missing: Vec<u32> = part.missing(cut).collect();
+        missing.sort_unstable_by_key(|cluster| std::cmp::Reverse((part.rank(*cluster), *cluster)));
+        for cluster in missing {
+            if unused.reads == 0 {
+                return Ok(false);
+            }
+            let Some(slot) = self.free.pop().or_else(|| self.take(unused)) else { return Ok(false) };
+            if let Err(error) = self.read_into(slot, [model, cluster]) {
+                self.free.push(slot);
+                return Err(error);
+            }
+            self.parts[model as usize].used[cluster as usize] = self.frames;
+            unused.reads -= 1;
+        }
+        Ok(true)
+    }
+
+    /// Takes the slot of the cluster that was drawn longest ago.
+    fn take(&mut self, unused: &mut Unused) -> Option<u32> {
+        while let Some((slot, [model, cluster])) = unused.slots.pop() {
+            let part = &mut self.parts[model as usize];
+            // Another cut of the frame may draw it by now.
+            if part.used[cluster as usize] < self.frames {
+                part.slots[cluster as usize] = None;
+                self.owners[slot as usize] = None;
+                self.counts.dropped += 1;
+                return Some(slot);
+            }
+        }
+        None
+    }
+
+    /// Reads a cluster into a slot that is not in use.
+    fn read_into(&mut self, slot: u32, [model, cluster]: [u32; 2]) -> Result<()> {
+        let part = &mut self.parts[model as usize];
+        let (triangles, materials) = part.reader.cluster(cluster)?;
+        let first = slot as usize * self.slot_triangles as usize;
+        self.triangles[first..][..triangles.len()].copy_from_slice(&triangles);
+        self.materials[first..][..materials.len()].copy_from_slice(&materials);
+        part.slots[cluster as usize] = Some(slot);
+        self.owners[slot as usize] = Some([model, cluster]);
+        self.read.push([model, cluster]);
+        Ok(())
+    }
+}
+
+impl Crowd {
+    /// Makes a crowd without agents whose cuts read clusters from files, and draw coarser ones where some are missing.
+    pub fn streamed(stream: Stream) -> Self {
+        let mut crowd = Self::new(stream.models());
+        crowd.stream = Some(stream);
+        crowd
+    }
+
+    /// Returns the clusters in memory, if clusters are read while they are drawn.
+    pub fn stream(&self) -> Option<&Stream> {
+        self.stream.as_ref()
+    }
+
+    /// Returns the triangles of a cluster of a model, and their materials. Nothing while the cluster is not in memory.
+    pub fn triangles(&self, model: u32, cluster: u32) -> (&[[u32; 3]], &[u32]) {
+        if let Some(stream) = &self.stream {
+            return stream.triangles(model, cluster).unwrap_or_default();
+        }
+        let model = &self.models()[model as usize];
+        let Cluster { first, count, .. } = model.clusters[cluster as usize];
+        (model.triangles(cluster), &model.character.materials[first as usize..(first + count) as usize])
+    }
+
+    /// Checks that whole models are in memory.
+    ///
+    /// # Errors
+    /// Clusters are read while they are drawn.
+    pub(crate) fn check_whole(&self) -> Result<()> {
+        match self.stream {
+            None => Ok(()),
+            Some(_) => Err(Error::unsupported("clusters of this crowd are read while they are drawn")
+                .advise("cut and draw it on the processor, or load whole models")),
+        }
     }
 }

@@ -152,7 +152,7 @@ impl Offsets {
             return Self { groups: vec![GroupOffsets::default(); model.groups.len()], longest, turns };
         }
         // The triangles of a model that is read cluster by cluster are not known: each may have any vertex.
-        if character.triangles.iter().all(|triangle| *triangle == [0; 3]) {
+        if !model.has_triangles() {
             let all = (0..).zip(&longest).map(|(morph, length)| {
                 let corner = DVec3::splat(*length);
                 (morph, Reach { low: -corner, high: corner, longest: *length })

@@ -25,6 +25,8 @@ use crate::report::{Goal, Report};
 
 /// Frames of a case, and of one on a device that is the processor itself.
 const FRAMES: [usize; 2] = [120, 3];
+/// As many times more with culling, which needs some to find out whether it pays.
+const CULLED: [usize; 2] = [1, 3];
 /// The angle of view in radians.
 const FOV: f64 = 0.7;
 const MATERIAL: Material = Material { base_color: [0.6; 3], specular: 0.02, roughness: 0.6 };
@@ -105,8 +107,8 @@ pub fn run(
         let mut shown = Shown::new(context, &device, scene, scene.agents[kind], model)?;
         let full = shown.full() as f64 / 1e6;
         for ((case, error, culls), at) in CASES.into_iter().zip(0..) {
-            let frames =
-                (0..FRAMES[kind]).map(|number| shown.draw(number, error, culls)).collect::<Result<Vec<_>>>()?;
+            let count = FRAMES[kind] * if culls { CULLED[kind] } else { 1 };
+            let frames = (0..count).map(|number| shown.draw(number, error, culls)).collect::<Result<Vec<_>>>()?;
             // Room is made in the first frames.
             let skipped = frames.len() / 3;
             let rates = frames[skipped..].iter().map(|(seconds, _)| 1.0 / seconds).collect();

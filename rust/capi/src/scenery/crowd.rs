@@ -49,7 +49,7 @@ descriptor! {
         weight_count: u32,
         impostor_count: u32,
         picture_count: u32,
-        reserved: u32,
+        hidden_clusters: u32,
     }
 }
 
@@ -78,6 +78,19 @@ struct State {
 }
 
 impl CrowdObject {
+    /// Makes a crowd of which there was no cut.
+    pub fn new(context: Arc<ContextObject>, crowd: Crowd) -> Self {
+        let state = State {
+            crowd,
+            frame: Frame::default(),
+            occlusion: Occlusion::default(),
+            list: DrawList::default(),
+            shown: ShownImpostors::default(),
+            is_cut: false,
+        };
+        Self { context, state: RwLock::new(state) }
+    }
+
     pub fn context(&self) -> &Arc<ContextObject> {
         &self.context
     }
@@ -134,15 +147,7 @@ entry! {
         }
         let models = handles.iter().map(|handle| registry::get(handle).map(|object| Arc::clone(&object.model)));
         let crowd = Crowd::new(models.collect::<Result<Vec<_>>>()?);
-        let state = State {
-            crowd,
-            frame: Frame::default(),
-            occlusion: Occlusion::default(),
-            list: DrawList::default(),
-            shown: ShownImpostors::default(),
-            is_cut: false,
-        };
-        let handle = registry::insert(CrowdObject { context, state: RwLock::new(state) })?;
+        let handle = registry::insert(CrowdObject::new(context, crowd))?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -245,7 +250,7 @@ entry! {
             weight_count: list.weights.len() as u32,
             impostor_count,
             picture_count,
-            reserved: 0,
+            hidden_clusters: u32::try_from(culled.hidden_clusters).unwrap_or(u32::MAX),
         };
         // SAFETY: checked above.
         unsafe { write_optional(out, found) }

@@ -31,6 +31,8 @@ descriptor! {
         hidden: u32,
         hidden_triangles: u64,
         occluder_triangles: u64,
+        hidden_clusters: u32,
+        reserved: u32,
     }
 }
 
@@ -169,6 +171,8 @@ entry! {
             hidden: culled.hidden,
             hidden_triangles: culled.hidden_triangles,
             occluder_triangles: culled.occluder_triangles,
+            hidden_clusters: u32::try_from(culled.hidden_clusters).unwrap_or(u32::MAX),
+            reserved: 0,
         };
         // SAFETY: checked above.
         unsafe { write_optional(out, found) }

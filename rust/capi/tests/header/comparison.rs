@@ -29,6 +29,7 @@ use relievo::client::*;
 use relievo::collider::*;
 use relievo::color_buffer::*;
 use relievo::crowd::*;
+use relievo::crowd_stream::*;
 use relievo::stream::*;
 use relievo::document::*;
 use relievo::layer::*;
@@ -524,6 +525,15 @@ function!(rlv_crowd_set_weights: unsafe extern "C" fn(RlvCrowd, u32, *const f32,
 function!(rlv_crowd_cut: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdView, *mut RlvCrowdFrame) -> RlvResult);
 function!(rlv_crowd_get: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdBuffers) -> RlvResult);
 function!(rlv_crowd_get_impostors: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdImpostors) -> RlvResult);
+layout!(RlvCrowdStreamFile: 8, 8);
+layout!(RlvCrowdStreamSettings: 16, 8);
+layout!(RlvCrowdStreamInfo: 40, 8);
+layout!(RlvCrowdStreamCluster: 16, 4);
+function!(rlv_crowd_stream_open: unsafe extern "C" fn(RlvContext, *const RlvCrowdStreamFile, usize, *const RlvCrowdStreamSettings, *mut RlvCrowd) -> RlvResult);
+function!(rlv_crowd_stream_model: unsafe extern "C" fn(RlvCrowd, u32, *mut RlvCrowdModel) -> RlvResult);
+function!(rlv_crowd_stream_info: unsafe extern "C" fn(RlvCrowd, *mut RlvCrowdStreamInfo) -> RlvResult);
+function!(rlv_crowd_stream_get_read: unsafe extern "C" fn(RlvCrowd, *mut RlvCrowdStreamCluster, usize, usize) -> RlvResult);
+function!(rlv_crowd_stream_get_triangles: unsafe extern "C" fn(RlvCrowd, u32, *mut u32, *mut u32, usize) -> RlvResult);
 alias!(RlvStreamRead = Option<unsafe extern "C" fn(*mut c_void, u64, *mut u8, usize) -> u32>);
 alias!(RlvStreamWrite = Option<unsafe extern "C" fn(*mut c_void, u64, *const u8, usize) -> u32>);
 alias!(RlvStreamLength = Option<unsafe extern "C" fn(*mut c_void, *mut u64) -> u32>);
@@ -614,7 +624,7 @@ function!(rlv_decal_take_up: unsafe extern "C" fn(RlvDocument, u32, RlvProgress,
 function!(rlv_decal_update: unsafe extern "C" fn(RlvDecal, RlvDocument, u32, *const RlvDecalImage, *const RlvDecalInk, RlvProgress, *mut c_void) -> RlvResult);
 function!(rlv_decal_remove: unsafe extern "C" fn(RlvDocument, u32) -> RlvResult);
 layout!(RlvDeviceCrowd: 8, 8);
-layout!(RlvDeviceCrowdInfo: 48, 8);
+layout!(RlvDeviceCrowdInfo: 56, 8);
 layout!(RlvDeviceCrowdVulkan: 104, 8);
 function!(rlv_device_crowd_create: unsafe extern "C" fn(RlvCrowd, *mut RlvDeviceCrowd) -> RlvResult);
 function!(rlv_device_crowd_retain: unsafe extern "C" fn(RlvDeviceCrowd) -> RlvResult);
@@ -2085,7 +2095,7 @@ pub fn offsets(list: &mut Offsets) {
         weight_count: u32 = 56,
         impostor_count: u32 = 60,
         picture_count: u32 = 64,
-        reserved: u32 = 68,
+        hidden_clusters: u32 = 68,
     });
     fields!(list, RlvCrowdDraw {
         index_count: u32 = 0,
@@ -2145,6 +2155,31 @@ pub fn offsets(list: &mut Offsets) {
         picture_stride: usize = 48,
         texels: *mut RlvCrowdTexel = 56,
         texel_capacity: usize = 64,
+    });
+    fields!(list, RlvCrowdStreamFile {
+        path: *const c_char = 0,
+    });
+    fields!(list, RlvCrowdStreamSettings {
+        struct_size: u32 = 0,
+        most_read: u32 = 4,
+        budget: u64 = 8,
+    });
+    fields!(list, RlvCrowdStreamInfo {
+        struct_size: u32 = 0,
+        slot_triangles: u32 = 4,
+        slot_count: u32 = 8,
+        resident: u32 = 12,
+        read: u32 = 16,
+        dropped: u32 = 20,
+        missing: u32 = 24,
+        reserved: u32 = 28,
+        wanted_triangles: u64 = 32,
+    });
+    fields!(list, RlvCrowdStreamCluster {
+        model: u32 = 0,
+        cluster: u32 = 4,
+        slot: u32 = 8,
+        triangle_count: u32 = 12,
     });
     fields!(list, RlvStream {
         struct_size: u32 = 0,
@@ -2303,6 +2338,8 @@ pub fn offsets(list: &mut Offsets) {
         hidden: u32 = 28,
         hidden_triangles: u64 = 32,
         occluder_triangles: u64 = 40,
+        hidden_clusters: u32 = 48,
+        reserved: u32 = 52,
     });
     fields!(list, RlvDeviceCrowdVulkan {
         struct_size: u32 = 0,
@@ -3522,7 +3559,21 @@ pub const INITIAL: &[Initial] = &[
         ("uint32_t weight_count", 0.0),
         ("uint32_t impostor_count", 0.0),
         ("uint32_t picture_count", 0.0),
+        ("uint32_t hidden_clusters", 0.0),
+    ] },
+    Initial { header: "crowd_stream.h", name: "RlvCrowdStreamSettings", initializer: "RLV_CROWD_STREAM_SETTINGS_INIT", fields: &[
+        ("uint32_t most_read", 1024.0),
+        ("uint64_t budget", 67108864.0),
+    ] },
+    Initial { header: "crowd_stream.h", name: "RlvCrowdStreamInfo", initializer: "RLV_CROWD_STREAM_INFO_INIT", fields: &[
+        ("uint32_t slot_triangles", 0.0),
+        ("uint32_t slot_count", 0.0),
+        ("uint32_t resident", 0.0),
+        ("uint32_t read", 0.0),
+        ("uint32_t dropped", 0.0),
+        ("uint32_t missing", 0.0),
         ("uint32_t reserved", 0.0),
+        ("uint64_t wanted_triangles", 0.0),
     ] },
     Initial { header: "document.h", name: "RlvDocumentInfo", initializer: "RLV_DOCUMENT_INFO_INIT", fields: &[
         ("uint32_t is_open", 0.0),
@@ -3598,6 +3649,8 @@ pub const INITIAL: &[Initial] = &[
         ("uint32_t hidden", 0.0),
         ("uint64_t hidden_triangles", 0.0),
         ("uint64_t occluder_triangles", 0.0),
+        ("uint32_t hidden_clusters", 0.0),
+        ("uint32_t reserved", 0.0),
     ] },
     Initial { header: "device_crowd.h", name: "RlvDeviceCrowdVulkan", initializer: "RLV_DEVICE_CROWD_VULKAN_INIT", fields: &[
         ("uint32_t queue_family", 0.0),
@@ -4014,6 +4067,8 @@ pub const NAMES: &[&str] = &[
     "RLV_CROWD_MODEL_INFO_INIT",
     "RLV_CROWD_PICTURE_SIDE",
     "RLV_CROWD_REFIT_REPORT_INIT",
+    "RLV_CROWD_STREAM_INFO_INIT",
+    "RLV_CROWD_STREAM_SETTINGS_INIT",
     "RLV_CROWD_VERTICES_INIT",
     "RLV_CROWD_VIEW_INIT",
     "RLV_CURVE_ANGLE",

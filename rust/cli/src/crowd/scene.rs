@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 use relievo_crowd::{
     Blend, Crowd, CrowdModel, CrowdView, Culled, DeviceCrowd, DeviceOcclusion, DevicePoser, Frame, Look, Occlusion,
-    PixelView, Stream, Walker, parse_walkers, read_walkers, square,
+    PixelView, Stream, Streamed, Walker, parse_walkers, read_walkers, square,
 };
 use relievo_gpu::Device;
 use relievo_render::Camera;
@@ -29,16 +29,9 @@ const ROOM: u32 = 1 << 16;
 pub struct ViewArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// Read clusters from the files while they are drawn, and keep their triangles within so many mebibytes for each model;
-    /// left out, whole files are read. What has not been read is drawn coarser.
-    #[arg(long, value_name = "MIB", conflicts_with_all = ["occlusion", "geomorph", "impostors"])]
-    budget: Option<f64>,
-    /// Clusters of a model that are read in a frame at most.
-    #[arg(long, value_name = "N", default_value_t = 1024, requires = "budget")]
-    read: u32,
     /// What cuts the crowd, culls by occlusion and makes the draws. A graphics device makes the cuts of the processor. By
     /// occlusion it leaves out fewer agents, because it compares wider boxes with coarser depths.
-    #[arg(long, value_enum, default_value = "cpu", conflicts_with = "budget")]
+    #[arg(long, value_enum, default_value = "cpu")]
     device: Kind,
     /// A part of the name of the graphics device; left out, the best there is.
     #[arg(long, value_name = "NAME")]
@@ -100,6 +93,13 @@ pub struct SceneArguments {
     /// Pixels of the picture: WIDTHxHEIGHT.
     #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels, default_value = "1280x720")]
     pub size: [u32; 2],
+    /// Read clusters from the files while they are drawn, and keep the triangles of all models within so many mebibytes;
+    /// left out, whole files are read. What has not been read is drawn coarser.
+    #[arg(long, value_name = "MIB", conflicts_with = "impostors")]
+    budget: Option<f64>,
+    /// Clusters that are read in a frame at most.
+    #[arg(long, value_name = "N", default_value_t = 1024, requires = "budget")]
+    read: u32,
     #[command(flatten)]
     pub limits: Limits,
 }
@@ -159,17 +159,7 @@ pub struct Shown {
     /// Agents in view, hidden or not.
     in_view: usize,
     culled: Option<Culled>,
-    streamed: Option<StreamedFrame>,
-}
-
-/// What was read for a frame, of all models.
-#[derive(Clone, Copy, Default)]
-struct StreamedFrame {
-    read: u32,
-    missing: u32,
-    bytes: u64,
-    /// Triangles that are drawn while clusters are missing.
-    triangles: u64,
+    streamed: Option<Streamed>,
 }
 
 impl Scene {
@@ -215,30 +205,7 @@ impl Scene {
         if let (Some(occlusion), None) = (&mut self.occlusion, &self.on_device) {
             culled = Some(occlusion.cull(&self.context, &self.crowd, (&pixels, time), &mut frame)?);
         }
-        Ok(Shown { time, frame, full, in_view, culled, streamed: None })
-    }
-
-    /// Reads what a frame draws, and counts what is drawn in place of clusters that are missing.
-    fn stream(&self, streams: &mut [Stream], frame: &Frame, most: u32) -> Result<StreamedFrame> {
-        let mut cuts: Vec<Vec<u32>> = vec![Vec::new(); streams.len()];
-        let model = |agent: u32| self.crowd.agents()[agent as usize].model as usize;
-        for drawn in &frame.drawn {
-            cuts[model(drawn.0)].extend(self.crowd.clusters(frame, *drawn));
-        }
-        let mut sum = StreamedFrame::default();
-        for (stream, cut) in streams.iter_mut().zip(&mut cuts) {
-            cut.sort_unstable();
-            cut.dedup();
-            let done = stream.request(cut, most)?;
-            sum.read += done.read;
-            sum.missing += done.missing;
-            sum.bytes += stream.bytes();
-        }
-        for drawn in &frame.drawn {
-            let stream = &streams[model(drawn.0)];
-            sum.triangles += stream.model().triangle_count(&stream.shown(self.crowd.clusters(frame, *drawn)));
-        }
-        Ok(sum)
+        Ok(Shown { time, frame, full, in_view, culled, streamed: self.crowd.stream().map(Stream::counts) })
     }
 }
 
@@ -246,17 +213,29 @@ impl SceneArguments {
     /// Reads the models, whose bones are blended as `blend` says, and agents.
     pub fn open(&self, blend: Blend) -> Result<Scene> {
         let context = self.limits.context()?;
-        let load = |path: &PathBuf| CrowdModel::load(&context, path)?.with_blend(&context, blend).map(Arc::new);
-        let models = self.models.iter().map(load);
-        let models = models.collect::<Result<Vec<_>>>()?;
-        self.place(context, models)
+        let Some(budget) = self.budget else {
+            let load = |path: &PathBuf| CrowdModel::load(&context, path)?.with_blend(&context, blend).map(Arc::new);
+            let models = self.models.iter().map(load).collect::<Result<Vec<_>>>()?;
+            return self.place(context, Crowd::new(models));
+        };
+        if !(budget > 0.0 && budget <= 1e9) {
+            return Err(Error::invalid(format!("{budget} mebibytes")).at("--budget").advise("give more than 0"));
+        }
+        if blend != Blend::Linear {
+            return Err(Error::unsupported("errors of dual quaternions are measured on whole models")
+                .at("--blend")
+                .advise("leave out --budget"));
+        }
+        let stream = Stream::open(&context, &self.models, (budget * f64::from(1 << 20)) as u64, self.read);
+        self.place(context, Crowd::streamed(stream.map_err(|error| error.at("--budget"))?))
     }
 
-    /// Reads the agents of some models.
-    fn place(&self, context: Context, models: Vec<Arc<CrowdModel>>) -> Result<Scene> {
+    /// Adds the agents to a crowd without any.
+    fn place(&self, context: Context, mut crowd: Crowd) -> Result<Scene> {
         if !(self.time.is_finite() && self.step.is_finite()) {
             return Err(Error::invalid("a time is not finite").at("--time or --step").advise("give seconds"));
         }
+        let models = crowd.models().to_vec();
         let references: Vec<&CrowdModel> = models.iter().map(Arc::as_ref).collect();
         let walkers = match (&self.agents, self.square) {
             (Some(path), _) => read_walkers(&context, path, &references)?,
@@ -270,7 +249,6 @@ impl SceneArguments {
                 parse_walkers(&text, &references).map_err(|error| error.at("--square"))?
             }
         };
-        let mut crowd = Crowd::new(models);
         for (index, walker) in walkers.iter().enumerate() {
             crowd.add(walker.agent).map_err(|error| error.at(format!("agent {index}")))?;
         }
@@ -330,14 +308,16 @@ impl Shown {
         });
         if let Some(culled) = self.culled {
             value["hidden"] = json!(culled.hidden);
+            value["hidden_clusters"] = json!(culled.hidden_clusters);
             value["hidden_triangles"] = json!(culled.hidden_triangles);
             value["occluder_triangles"] = json!(culled.occluder_triangles);
         }
         if let Some(streamed) = self.streamed {
             value["read_clusters"] = json!(streamed.read);
             value["missing_clusters"] = json!(streamed.missing);
-            value["resident_bytes"] = json!(streamed.bytes);
-            value["shown_triangles"] = json!(streamed.triangles);
+            value["dropped_clusters"] = json!(streamed.dropped);
+            value["resident_clusters"] = json!(streamed.resident);
+            value["wanted_triangles"] = json!(streamed.wanted_triangles);
         }
         value
     }
@@ -348,15 +328,15 @@ impl Shown {
         let hidden = self.culled.map_or(String::new(), |culled| match culled.is_resting {
             true => "hidden                 not searched, since occluders had more triangles than they hid\n".into(),
             false => format!(
-                "hidden                 {} agents, {} triangles, by {} triangles\n",
-                culled.hidden, culled.hidden_triangles, culled.occluder_triangles
+                "hidden                 {} agents and {} clusters, {} triangles, by {} triangles\n",
+                culled.hidden, culled.hidden_clusters, culled.hidden_triangles, culled.occluder_triangles
             ),
         });
         let streamed = self.streamed.map_or(String::new(), |streamed| {
             format!(
-                "read                   {} clusters, {} are missing, {} bytes are in memory\n\
-                 shown so far           {} triangles\n",
-                streamed.read, streamed.missing, streamed.bytes, streamed.triangles
+                "read                   {} clusters, {} are missing, {} are in memory\n\
+                 with all of them       {} triangles\n",
+                streamed.read, streamed.missing, streamed.resident, streamed.wanted_triangles
             )
         });
         format!(
@@ -368,32 +348,13 @@ impl Shown {
 }
 
 pub fn run(arguments: &ViewArguments) -> Outcome {
-    let mut streams = Vec::new();
-    let mut scene = match arguments.budget {
-        None => arguments.scene.open(Blend::Linear)?,
-        Some(budget) => {
-            if !(budget > 0.0 && budget <= 1e9) {
-                return Err(Error::invalid(format!("{budget} mebibytes"))
-                    .at("--budget")
-                    .advise("give more than 0")
-                    .into());
-            }
-            let (context, bytes) = (arguments.scene.limits.context()?, (budget * f64::from(1 << 20)) as u64);
-            let open = |path: &PathBuf| Stream::open(&context, path, bytes);
-            streams = arguments.scene.models.iter().map(open).collect::<Result<Vec<_>>>()?;
-            let models = streams.iter().map(Stream::shared).collect();
-            arguments.scene.place(context, models)?
-        }
-    };
+    let mut scene = arguments.scene.open(Blend::Linear)?;
     let memory = arguments.scene.limits.memory_limit;
     if let Some(device) = crate::args::device::device(arguments.device, arguments.adapter.as_deref(), memory)? {
         scene.on_device = Some(OnDevice::new(&device, &scene.crowd, arguments.scene.occlusion)?);
     }
     let (mut text, mut values) = (String::new(), Vec::new());
-    arguments.scene.for_each_frame(&mut scene, |scene, mut shown| {
-        if !streams.is_empty() {
-            shown.streamed = Some(scene.stream(&mut streams, &shown.frame, arguments.read)?);
-        }
+    arguments.scene.for_each_frame(&mut scene, |scene, shown| {
         let agents = scene.crowd.agents().len();
         if arguments.scene.frames > 1 {
             text += &format!("time                   {} s\n", shown.time);

@@ -39,8 +39,8 @@ impl CrowdModel {
     /// index, with new errors and bounds for bones that are blended as matrices. Of the settings the poses count. Results do not depend on the number of threads.
     ///
     /// # Errors
-    /// The file has other triangles, or vertices that were at one place with the same bones are apart now; as
-    /// [`Self::build`].
+    /// The file has other triangles, or vertices that were at one place with the same bones are apart now; clusters
+    /// of the model are read while it is drawn; as [`Self::build`].
     pub fn refit(
         &self,
         context: &Context,
@@ -50,6 +50,7 @@ impl CrowdModel {
         progress: &mut dyn Progress,
     ) -> Result<(Self, Refit)> {
         settings.check()?;
+        self.check_triangles()?;
         progress.step(0.0, "read poses")?;
         let (character, morphs) = Character::animated(context, source, animations)?;
         self.check_same(&character)?;

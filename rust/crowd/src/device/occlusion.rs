@@ -3,15 +3,16 @@
 //! Agents in view that were seen in the last frame are posed and drawn as depths at the middles of pixels first. Of these a pyramid
 //! is made, whose levels have the farthest of two by two depths below. An agent is hidden if a level on which its box has few places
 //! is nearer than the front of its box at all of them. The box is a pixel wider on each side, and has to begin a share of
-//! 1e-4 behind the depths, so that a picture with one sample in the middle of each pixel is the same as without culling. Then
-//! what is missing of the agents that are not hidden is posed. Culling rests where it costs more than it saves, which is counted in
+//! 1e-4 behind the depths, so that a picture with one sample in the middle of each pixel is the same as without culling. Clusters
+//! that only one agent shows, as near ones do, are tested by the boxes of their groups. Then what is missing of all that is not
+//! hidden is posed. Culling rests where it costs more than it saves, which is counted in
 //! vertices, triangles and pixels, not in time.
 
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::{Access, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Readback, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Readback, groups};
 use relievo_render::Camera;
 use relievo_render::virtual_vertex::DepthMap;
 
@@ -38,6 +39,8 @@ struct Call {
     options: u32,
     stride: u32,
     level: u32,
+    draws: u32,
+    removes: u32,
 }
 
 /// Levels of a pyramid: where each begins, its width and its height.
@@ -89,7 +92,7 @@ pub struct DeviceOcclusion {
     depths: DepthMap,
     camera: Buffer<[f32; 4]>,
     pyramid: Option<Pyramid>,
-    kernels: [Arc<Kernel>; 2],
+    kernels: [Arc<Kernel>; 3],
     rest: Rest,
 }
 
@@ -104,7 +107,7 @@ impl DeviceOcclusion {
             device.kernel(&KernelSpec {
                 module: "crowd_occlusion",
                 entry,
-                groups: &[&[Read; 3], &[Read; 3], &[Write; 2]],
+                groups: &[&[Read; 3], &[Read; 7], &[Write; 5]],
                 immediates: size_of::<Call>() as u32,
                 constants: &[],
             })
@@ -113,7 +116,7 @@ impl DeviceOcclusion {
             depths: DepthMap::new(device)?,
             camera: Buffer::new(device, "occlusion camera", 4)?,
             pyramid: None,
-            kernels: [kernel("reduce")?, kernel("test_agents")?],
+            kernels: [kernel("reduce")?, kernel("test_agents")?, kernel("test_draws")?],
             rest: Rest::default(),
             device: device.clone(),
         })
@@ -142,8 +145,11 @@ impl DeviceOcclusion {
             let mut frame = self.device.frame()?;
             let (all, first) = self.test(on, poser, pixels, &mut frame)?;
             on.record_part(Part::Visible, &mut frame)?;
+            self.record_draws(on, 1, &mut frame)?;
             let visible = frame.read(on.counts(), 0..4)?;
+            let hidden = self.read_hidden_draws(on, &mut frame)?;
             let _ = frame.submit()?;
+            let hidden_clusters = self.hidden_draws(hidden)?;
             let [all, visible] = [all, visible].map(|counts| DeviceCounted::read(counts.get(&self.device)?));
             let (all, visible, first) = (all?, visible?, first.get(&self.device)?);
             let needed = DevicePosed { vertices: first.vertices, corners: first.corners };
@@ -152,6 +158,7 @@ impl DeviceOcclusion {
             }
             let culled = Culled {
                 hidden: all.agents + all.impostors - visible.agents - visible.impostors,
+                hidden_clusters,
                 hidden_triangles: triangles(all) - triangles(visible),
                 occluder_triangles: u64::from(first.corners / 3),
                 is_resting: false,
@@ -187,9 +194,12 @@ impl DeviceOcclusion {
             poser.fit(crowd, on.room())?;
             let mut frame = self.device.frame()?;
             let (all, first) = self.test(on, poser, pixels, &mut frame)?;
+            self.record_draws(on, 0, &mut frame)?;
             poser.record(on, (Part::Visible, 1), &mut frame)?;
             let second = poser.read_ends(1, &mut frame)?;
+            let hidden = self.read_hidden_draws(on, &mut frame)?;
             let _ = frame.submit()?;
+            let hidden_clusters = self.hidden_draws(hidden)?;
             let listed = DeviceCounted::read(all.get(&self.device)?)?;
             let (first, second) = (first.get(&self.device)?, second.get(&self.device)?);
             let vertices = first.vertices.saturating_add(second.vertices);
@@ -209,6 +219,7 @@ impl DeviceOcclusion {
             };
             let culled = Culled {
                 hidden: listed.agents + listed.impostors - drawn.agents - drawn.impostors,
+                hidden_clusters,
                 hidden_triangles: triangles(listed) - triangles(drawn),
                 occluder_triangles: u64::from(first.corners / 3),
                 is_resting: false,
@@ -255,7 +266,7 @@ impl DeviceOcclusion {
     fn record(&self, on: &DeviceCrowd, poser: &DevicePoser, pixels: &PixelView, frame: &mut Frame) -> Result<()> {
         let camera = Camera { eye: pixels.eye, axes: pixels.axes, fov: pixels.fov };
         let factor = self.depths.record(frame, &poser.mesh(on), &camera)?;
-        let (Some(depths), Some(pyramid)) = (self.depths.depths(), &self.pyramid) else {
+        let Some(pyramid) = &self.pyramid else {
             return Err(Error::internal("culling has no room for depths"));
         };
         let [width, height] = pixels.size.map(|side| side as f32);
@@ -263,19 +274,67 @@ impl DeviceOcclusion {
         let eye = pixels.eye.as_vec3().extend(pixels.pixels() as f32);
         let rows = [eye, right.extend(width), up.extend(height), back.extend(factor)];
         self.camera.write(&self.device, 0, &rows.map(|row| row.to_array()))?;
-        let (agents, [planes, options]) = (on.work.states.len() as u32, on.view);
-        let [reduce, test_agents] = &self.kernels;
-        let read = [self.camera.wgpu(), pyramid.levels.wgpu(), depths.wgpu()];
-        let read = self.device.bind(reduce, 1, &read)?;
-        let written = self.device.bind(reduce, 2, &[pyramid.numbers.wgpu(), on.work.states.wgpu()])?;
-        let bound = [&on.work.bindings[0], &read, &written];
-        let call = |level: u32| Call { agents, planes, options, stride: self.depths.stride(), level };
+        let bindings = self.bindings(on)?;
+        let bound = bindings.each_ref();
+        let [reduce, test_agents, _] = &self.kernels;
         let mut pass = frame.pass("crowd occlusion");
         for (level, [_, width, height]) in (0..).zip(&pyramid.sizes).skip(1) {
             let count = (width * height).div_ceil(GROUP);
-            pass.run(reduce, &bound, bytemuck::bytes_of(&call(level)), groups(count))?;
+            pass.run(reduce, &bound, bytemuck::bytes_of(&self.call(on, level, 0)), groups(count))?;
         }
-        pass.run(test_agents, &bound, bytemuck::bytes_of(&call(0)), groups(agents.div_ceil(GROUP)))
+        let agents = on.work.states.len() as u32;
+        pass.run(test_agents, &bound, bytemuck::bytes_of(&self.call(on, 0, 0)), groups(agents.div_ceil(GROUP)))
+    }
+
+    /// Records which draws of the lists show hidden clusters. `removes` is 1 to leave these without an instance.
+    fn record_draws(&self, on: &DeviceCrowd, removes: u32, frame: &mut Frame) -> Result<()> {
+        frame.clear(&on.work.draw_states);
+        let [_, _, test_draws] = &self.kernels;
+        let bindings = self.bindings(on)?;
+        let mut pass = frame.pass("crowd occlusion of clusters");
+        let count = on.room().div_ceil(GROUP);
+        pass.run(test_draws, &bindings.each_ref(), bytemuck::bytes_of(&self.call(on, 0, removes)), groups(count))
+    }
+
+    fn call(&self, on: &DeviceCrowd, level: u32, removes: u32) -> Call {
+        let (agents, [planes, options]) = (on.work.states.len() as u32, on.view);
+        Call { agents, planes, options, stride: self.depths.stride(), level, draws: on.room(), removes }
+    }
+
+    fn bindings(&self, on: &DeviceCrowd) -> Result<[Bindings; 3]> {
+        let (Some(depths), Some(pyramid)) = (self.depths.depths(), &self.pyramid) else {
+            return Err(Error::internal("culling has no room for depths"));
+        };
+        let (work, shared) = (&on.work, &on.shared);
+        let agents = [shared.models.wgpu(), work.agents.wgpu(), shared.view.wgpu()];
+        let read = [
+            self.camera.wgpu(),
+            pyramid.levels.wgpu(),
+            depths.wgpu(),
+            shared.clusters.wgpu(),
+            shared.groups.wgpu(),
+            work.order().wgpu(),
+            work.drawn.wgpu(),
+        ];
+        let written = [
+            pyramid.numbers.wgpu(),
+            work.states.wgpu(),
+            work.draws.wgpu(),
+            work.counts.wgpu(),
+            work.draw_states.wgpu(),
+        ];
+        let bind = |group, buffers: &[_]| self.device.bind(&self.kernels[0], group, buffers);
+        Ok([bind(0, &agents)?, bind(1, &read)?, bind(2, &written)?])
+    }
+
+    /// Records that the number of hidden clusters is read back.
+    fn read_hidden_draws(&self, on: &DeviceCrowd, frame: &mut Frame) -> Result<Readback<u32>> {
+        let at = on.room() as usize;
+        frame.read(&on.work.draw_states, at..at + 1)
+    }
+
+    fn hidden_draws(&self, counted: Readback<u32>) -> Result<u64> {
+        Ok(counted.get(&self.device)?.first().copied().unwrap_or_default().into())
     }
 }
 

@@ -177,6 +177,7 @@ impl DevicePoser {
     /// # Errors
     /// The device has no memory, the models are too large for 32 bits, or their bones are blended in different ways.
     pub fn new(device: &Device, crowd: &Crowd, look: Look<'_>) -> Result<Self> {
+        crowd.check_whole()?;
         let blend = crowd.models().first().map_or(Blend::Linear, |model| model.blend);
         if crowd.models().iter().any(|model| model.blend != blend) {
             return Err(Error::unsupported("the bones of the models are blended in different ways")
@@ -187,7 +188,7 @@ impl DevicePoser {
             device.kernel(&KernelSpec {
                 module: "crowd_pose",
                 entry,
-                groups: &[&[Read; 7], &[Write; 10], &[Read; 8]],
+                groups: &[&[Read; 8], &[Write; 10], &[Read; 8]],
                 immediates: size_of::<Call>() as u32,
                 constants: if blend == Blend::DualQuaternion { &[("DUAL", 1.0)] } else { &[] },
             })
@@ -322,6 +323,7 @@ impl DevicePoser {
             models.clusters.wgpu(),
             crowd.blends().wgpu(),
             crowd.work.states.wgpu(),
+            crowd.work.draw_states.wgpu(),
         ];
         let written = [
             room.runs.wgpu(),

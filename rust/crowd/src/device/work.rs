@@ -16,6 +16,8 @@ pub(super) struct Work {
     pub poses: Buffer<[u32; 2]>,
     /// Whether agents were seen in the last frame, and whether others hide them.
     pub states: Buffer<u32>,
+    /// Whether the cluster of each draw is hidden, and how many are.
+    pub draw_states: Buffer<u32>,
     pub starts: Buffer<u32>,
     pub counts: Buffer<u32>,
     pub draws: Buffer<u32>,
@@ -41,6 +43,7 @@ impl Work {
         let agents = Buffer::new(device, "crowd agents", count)?;
         let poses = Buffer::<[u32; 2]>::new(device, "crowd poses", count)?;
         let states = Buffer::<u32>::new(device, "crowd states", count)?;
+        let draw_states = Buffer::<u32>::new(device, "crowd states of draws", draws as usize + 1)?;
         let arguments = Buffer::new(device, "crowd draws", WORDS * draws as usize)?;
         let drawn = Buffer::new(device, "crowd drawn", draws as usize)?;
         let blends = Buffer::new(device, "crowd blends", draws as usize)?;
@@ -67,6 +70,7 @@ impl Work {
             agents,
             poses,
             states,
+            draw_states,
             starts,
             counts,
             draws: arguments,

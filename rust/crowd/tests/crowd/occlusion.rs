@@ -102,7 +102,7 @@ fn check_path(mut crowd: Crowd, step: usize, share: f64) {
         let found = cullings[0].cull(&contexts[0], &crowd, (&pixels, time), &mut frame).unwrap();
         let mut other = full.clone();
         assert_eq!(cullings[1].cull(&contexts[1], &crowd, (&pixels, time), &mut other).unwrap(), found);
-        assert_eq!(other.drawn, frame.drawn);
+        assert_eq!((&other.drawn, &other.mixed), (&frame.drawn, &frame.mixed));
         assert_eq!(frame.drawn.len() + found.hidden as usize, full.drawn.len());
         let count: u64 =
             frame.drawn.iter().map(|drawn| crowd.models()[0].triangle_count(crowd.clusters(&frame, *drawn))).sum();
@@ -115,6 +115,50 @@ fn check_path(mut crowd: Crowd, step: usize, share: f64) {
         agents += full.drawn.len();
     }
     assert!(f64::from(hidden) > share * agents as f64, "{hidden} of {agents} agents were hidden");
+}
+
+/// A tall arm behind a row of small ones, which hide its lower part.
+pub fn row() -> Crowd {
+    let mut crowd = Crowd::new(vec![Arc::new(built(60, 24))]);
+    for index in 0..17 {
+        let (scale, place) = match index {
+            0 => (6.0, DVec3::new(0.0, 0.0, -14.0)),
+            _ => (1.0, DVec3::new(0.4 * f64::from(index) - 3.4, 0.0, -4.0)),
+        };
+        let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(scale), glam::DQuat::IDENTITY, place);
+        crowd.add(Agent { model: 0, clip: 0, phase: 0.0, transform }).unwrap();
+    }
+    crowd
+}
+
+#[test]
+fn parts_of_an_agent_that_others_hide_are_not_drawn() {
+    let context = Context::serial();
+    for geomorph in [false, true] {
+        let (mut crowd, mut culling, mut full) = (row(), Occlusion::default(), Frame::default());
+        let mut hidden = 0;
+        for number in 0..4 {
+            let eye = DVec3::new(0.1 * f64::from(number), 1.2, 5.0);
+            let axes = DMat3::IDENTITY;
+            let pixels = PixelView { eye, axes, fov: FOV, size: SIZE };
+            let mut view = CrowdView::perspective(eye, axes, FOV, SIZE, 0.02).unwrap();
+            view.geomorph = geomorph;
+            crowd.cut(&context, &view, &mut full).unwrap();
+            let mut frame = full.clone();
+            let found = culling.cull(&context, &crowd, (&pixels, 0.0), &mut frame).unwrap();
+            assert!(found.hidden_clusters > 0 && found.hidden == 0, "{found:?}");
+            assert_eq!(frame.triangles + found.hidden_triangles, full.triangles);
+            assert_eq!(frame.clusters + found.hidden_clusters, full.clusters);
+            assert_eq!(frame.blends.len(), if geomorph { frame.mixed.len() } else { 0 });
+            // What was hidden is no occluder in the next frame.
+            assert!(number == 0 || found.occluder_triangles < full.triangles);
+            if !geomorph {
+                assert_eq!(picture(&crowd, &frame, &pixels, 0.0), picture(&crowd, &full, &pixels, 0.0));
+            }
+            hidden += found.hidden_triangles;
+        }
+        assert!(hidden > full.triangles / 40, "{hidden} of four times {}", full.triangles);
+    }
 }
 
 #[test]

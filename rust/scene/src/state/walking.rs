@@ -213,8 +213,8 @@ impl StandIns {
                 let blends = crowd.blends(frame, *drawn).iter().copied().chain(std::iter::repeat(0.0));
                 for of in crowd.clusters(frame, *drawn).iter().copied().zip(blends) {
                     let found = model.clusters[of.0 as usize];
-                    let materials = &model.character.materials[found.first as usize..];
-                    for (triangle, material) in model.triangles(of.0).iter().zip(materials) {
+                    let (triangles, materials) = crowd.triangles(agent.model, of.0);
+                    for (triangle, material) in triangles.iter().zip(materials) {
                         mesh.triangles.push(triangle.map(|vertex| {
                             // Other clusters may have the vertex where it does not move.
                             let moves = of.1 > 0.0 && model.target(of.0, vertex).is_some();

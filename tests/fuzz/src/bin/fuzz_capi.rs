@@ -5,6 +5,8 @@
 
 #[path = "capi/crowds.rs"]
 mod crowds;
+#[path = "capi/streams.rs"]
+mod streams;
 
 use std::ffi::{c_char, c_void};
 use std::ptr::{null, null_mut};
@@ -2166,7 +2168,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=40_u8)? {
+        match bytes.int_in_range(0..=41_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -2199,6 +2201,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             37 => simulations(bytes, handles)?,
             38 => crowds::models(bytes, handles)?,
             39 => crowds::crowds(bytes, handles)?,
+            40 => streams::streams(bytes, handles)?,
             _ if bytes.ratio(1, 4)? => hosts(bytes, handles)?,
             _ => {
                 let noun = bytes.int_in_range(0..=27)?;

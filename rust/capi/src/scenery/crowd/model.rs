@@ -123,8 +123,14 @@ pub struct CrowdModelObject {
     pub(super) model: Arc<CrowdModel>,
 }
 
+impl CrowdModelObject {
+    pub fn new(context: Arc<ContextObject>, model: Arc<CrowdModel>) -> Self {
+        Self { context, model }
+    }
+}
+
 pub(super) fn register(context: Arc<ContextObject>, model: CrowdModel) -> Result<RlvCrowdModel> {
-    registry::insert(CrowdModelObject { context, model: Arc::new(model) })
+    registry::insert(CrowdModelObject::new(context, Arc::new(model)))
 }
 
 fn info_of(model: &CrowdModel) -> RlvCrowdModelInfo {
@@ -231,6 +237,7 @@ entry! {
     fn rlv_crowd_model_write_bytes(model: RlvCrowdModel, out: *mut RlvBytes) {
         present("out", out)?;
         let object = registry::get(model)?;
+        object.model.check_triangles()?;
         let mut made = Vec::new();
         object.model.write(&mut made).map_err(|error| Error::internal(error.to_string()))?;
         // SAFETY: checked above.
@@ -348,6 +355,7 @@ entry! {
         capacity: usize,
     ) {
         let object = registry::get(model)?;
+        object.model.check_triangles()?;
         let character = &object.model.character;
         // SAFETY: the caller promises room for `capacity` triangles, or NULL for what is not wanted.
         let (corners, slots) = unsafe {

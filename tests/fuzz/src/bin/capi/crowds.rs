@@ -2,6 +2,7 @@
 
 use std::ffi::CString;
 use std::fs;
+use std::path::PathBuf;
 use std::ptr::{null, null_mut};
 use std::sync::LazyLock;
 
@@ -30,7 +31,7 @@ static FILES: LazyLock<[CString; 4]> = LazyLock::new(|| {
 });
 
 /// The bytes of the model of the first arm.
-static MODEL: LazyLock<Vec<u8>> = LazyLock::new(|| {
+pub static MODEL: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let context = Context::serial();
     let path = FILES[0].to_str().expect("a path");
     let source = relievo_meshio::read_model(&context, path.as_ref()).expect("an arm");
@@ -42,10 +43,15 @@ static MODEL: LazyLock<Vec<u8>> = LazyLock::new(|| {
     made
 });
 
+/// The folder of the files of this process.
+pub fn folder() -> PathBuf {
+    std::env::temp_dir().join(format!("relievo-fuzz-capi-{}", std::process::id()))
+}
+
 /// Writes a tube of some rings that bends within a second, and grows by a morph target, as glTF; without rings nothing.
 /// Returns its path.
 fn file(name: &str, rings: u32, bumps: f32) -> CString {
-    let folder = std::env::temp_dir().join(format!("relievo-fuzz-capi-{}", std::process::id()));
+    let folder = folder();
     let path = folder.join(format!("{name}.gltf"));
     let made = CString::new(path.to_str().expect("a path")).expect("a path");
     if rings == 0 {
