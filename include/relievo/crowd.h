@@ -22,6 +22,20 @@ typedef struct RlvCrowd {
     uint64_t id;
 } RlvCrowd;
 
+/* How the maps of several bones are blended. With either the matrices of a frame are those of single bones. The shader of a host
+ * that blends dual quaternions reads RlvCrowdBuffers::dual_rows in their place. For a vertex with up to four bones it
+ * 1. adds the rows of stretch of the bones, each times its weight;
+ * 2. adds the rotations and the dual parts of the bones, each times its weight, or times minus its weight where the dot product
+ *    of its rotation and that of the first bone with the largest weight is below 0;
+ * 3. divides both sums by the length of that of the rotations, which gives r and d;
+ * 4. moves the vertex to the vector part of r * (stretch * place) * conjugate(r) + 2 * d * conjugate(r), by products of
+ *    quaternions, and turns its normal by r * (inverse transpose of stretch * normal) * conjugate(r). */
+typedef enum RlvCrowdBlend {
+    RLV_CROWD_BLEND_LINEAR = 0,         /* weighted sums of matrices */
+    RLV_CROWD_BLEND_DUAL_QUATERNION = 1 /* weighted sums of dual quaternions, which keep the volume of twisted joints; scale and
+                                           shear are blended linearly before the rigid part */
+} RlvCrowdBlend;
+
 /* How a hierarchy is built. rlv_crowd_params has ranges, units and defaults of every field. */
 typedef struct RlvCrowdBuildSettings {
     uint32_t struct_size;
@@ -69,10 +83,12 @@ typedef struct RlvCrowdModelInfo {
     float high[3];            /* largest coordinates in all poses */
     uint32_t morph_count;     /* morph targets that clips move */
     uint32_t offset_count;    /* of vertices by these */
+    uint32_t blend;           /* RlvCrowdBlend */
+    uint32_t reserved;
 } RlvCrowdModelInfo;
 
 #define RLV_CROWD_MODEL_INFO_INIT \
-    {sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0f, 0, 0, {0.0f}, {0.0f}, 0, 0}
+    {sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0f, 0, 0, {0.0f}, {0.0f}, 0, 0, RLV_CROWD_BLEND_LINEAR, 0}
 
 /* A clip: an animation sampled as poses, which repeats. */
 typedef struct RlvCrowdClip {
@@ -213,10 +229,13 @@ typedef struct RlvCrowdBuffers {
     size_t weight_capacity;
     uint32_t *first_weights; /* the first weight of the pose of each instance, packed, with room for instance_capacity */
     float *blends; /* how far the vertices of each draw are on the way to their targets, 0 to 1, packed, with room for draw_capacity */
+    float *dual_rows; /* of each matrix, for bones that are blended as dual quaternions: three rows of four floats of its stretch, the
+                       * last of them 0, then its rotation and its dual part, quaternions x, y, z, w; packed, with room for
+                       * matrix_capacity. They are computed when they are asked for */
 } RlvCrowdBuffers;
 
 #define RLV_CROWD_BUFFERS_INIT \
-    {sizeof(RlvCrowdBuffers), 0, NULL, 0, 0, NULL, NULL, 0, 0, NULL, 0, 0, NULL, 0, NULL, NULL}
+    {sizeof(RlvCrowdBuffers), 0, NULL, 0, 0, NULL, NULL, 0, 0, NULL, 0, 0, NULL, 0, NULL, NULL, NULL}
 
 /* Texels along a side of the picture of an impostor. */
 #define RLV_CROWD_PICTURE_SIDE 32
@@ -280,6 +299,11 @@ RLV_API RlvResult rlv_crowd_model_build(RlvContext context, const char *path, co
 RLV_API RlvResult rlv_crowd_model_refit(RlvCrowdModel model, const char *path, const RlvCrowdClipName *clips,
                                         size_t clip_count, const RlvCrowdBuildSettings *settings, RlvProgress progress,
                                         void *user, RlvCrowdRefitReport *report, RlvCrowdModel *out);
+
+/* Makes a model with the same clusters whose bones are blended as blend says, an RlvCrowdBlend. Dual quaternions have vertices
+ * elsewhere: errors and boxes are measured anew and hold for both, which takes about as long as a refit. Files do not say how
+ * bones are blended: a model that is built, refitted or read has RLV_CROWD_BLEND_LINEAR. No failure of its own. */
+RLV_API RlvResult rlv_crowd_model_with_blend(RlvCrowdModel model, uint32_t blend, RlvCrowdModel *out);
 
 /* Reads a model (.rcrowd). Fails if the file is damaged or of a later version, or exceeds the memory limit. */
 RLV_API RlvResult rlv_crowd_model_read(RlvContext context, const char *path, RlvCrowdModel *out);

@@ -66,8 +66,8 @@ RLV_API RlvResult rlv_device_crowd_release(RlvDeviceCrowd crowd);
  * the middle of each pixel stays the same. */
 RLV_API RlvResult rlv_device_crowd_cut(RlvDeviceCrowd crowd, const RlvCrowdView *view, RlvDeviceCrowdInfo *out);
 
-/* Copies draws, clusters, blends, instances, matrices, weights and first weights of the last cut back from the device; the
- * matrices and the weights are those of all poses, and weights of agents of their own. Fails, and writes nothing, if a capacity
+/* Copies draws, clusters, blends, instances, matrices, weights and first weights of the last cut back from the device, and makes
+ * dual rows; matrices, dual rows and weights are those of all poses, and weights of agents of their own. Fails, and writes nothing, if a capacity
  * is too small, or there was no cut. */
 RLV_API RlvResult rlv_device_crowd_get(RlvDeviceCrowd crowd, const RlvCrowdBuffers *buffers);
 

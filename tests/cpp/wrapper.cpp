@@ -465,6 +465,10 @@ int main() {
     CHECK(refitted.model.triangles() == model.triangles() && refitted.model.get().id != model.get().id);
     const auto refitting = relievo::Job::refit(model, "wrapper_crowd.obj");
     CHECK(refitting.take().triangles() == model.triangles() && refitting.crowd_refit_report().grown_groups == 0);
+    const auto dual = model.with_blend(RLV_CROWD_BLEND_DUAL_QUATERNION);
+    CHECK(dual.info().blend == RLV_CROWD_BLEND_DUAL_QUATERNION && model.info().blend == RLV_CROWD_BLEND_LINEAR);
+    const auto blending = relievo::Job::with_blend(dual, RLV_CROWD_BLEND_LINEAR);
+    CHECK(blending.take().info().blend == RLV_CROWD_BLEND_LINEAR);
     auto crowd = relievo::Crowd::create(context, {model});
     RlvCrowdAgent agent{};
     agent.transform[0] = agent.transform[4] = agent.transform[8] = 1.0;
@@ -480,6 +484,8 @@ int main() {
     CHECK(crowd_draws.draws.size() == crowd_frame.draw_count && crowd_draws.clusters[0][0] == 0);
     CHECK(model.collapses().size() == model.points().size() && crowd_draws.blends.size() == crowd_draws.draws.size());
     CHECK(model.offsets().empty() && crowd_draws.weights.empty() && crowd_draws.first_weights.size() == 3);
+    const auto dual_rows = crowd.dual_rows(crowd_frame);
+    CHECK(dual_rows.size() == 1 && dual_rows[0][0] == 1.0f && dual_rows[0][15] == 1.0f && dual_rows[0][19] == 0.0f);
     crowd_view.impostors = 1;
     const auto far_frame = crowd.cut(crowd_view);
     const auto quads = crowd.impostors(far_frame);

@@ -1209,6 +1209,23 @@ class Crowds(unittest.TestCase):
         with self.assertRaisesRegex(rl.Invalid, "pose_rate"):
             model.refit(self.path, pose_rate=-1)
 
+    def test_bones_are_blended_as_dual_quaternions(self):
+        model = rl.CrowdModel.build(self.context, self.path, cluster_triangles=40)
+        dual = model.with_blend("dual_quaternion")
+        self.assertEqual((model.info.blend, dual.info.blend), (rl.abi.RlvCrowdBlend.LINEAR, rl.abi.RlvCrowdBlend.DUAL_QUATERNION))
+        # One bone at rest: vertices stay where they are.
+        self.assertAlmostEqual(dual.info.largest_error, model.info.largest_error, delta=1e-4 * model.info.largest_error)
+        self.assertEqual(finished(job.blend_crowd_model(model, "dual_quaternion")).info, dual.info)
+        self.assertEqual(rl.CrowdModel.read_bytes(self.context, dual.write_bytes()).info.blend, 0)
+        crowd = rl.Crowd(self.context, [dual])
+        crowd.add(numpy.eye(4)[None])
+        crowd.cut((400, 400), eye=(0.5, 0.5, 3), target=(0.5, 0.5, 0))
+        numpy.testing.assert_array_equal(crowd.dual_rows(), [[*numpy.eye(3, 4), (0, 0, 0, 1), (0, 0, 0, 0)]])
+        with self.assertRaisesRegex(rl.Invalid, "linear, dual_quaternion"):
+            model.with_blend("cubic")
+        with self.assertRaisesRegex(rl.Invalid, "blend 2"):
+            model.with_blend(2)
+
     def test_agents_are_cut_into_draws(self):
         model = rl.CrowdModel.build(self.context, self.path, cluster_triangles=40)
         crowd = rl.Crowd(self.context, [model])
@@ -1399,6 +1416,7 @@ class Devices(unittest.TestCase):
         self.assertEqual(on_device.cut((200, 200), **place).draw_count, crowd.cut((200, 200), **place).draw_count)
         for one, other in zip(on_device.draws(), crowd.draws(), strict=True):
             numpy.testing.assert_array_equal(one, other)
+        numpy.testing.assert_array_equal(on_device.dual_rows(), crowd.dual_rows())
         far = {"eye": (0, 0, 3000), "target": (0, 0, 0), "impostors": True}
         self.assertEqual(on_device.cut((200, 200), **far).impostor_count, crowd.cut((200, 200), **far).impostor_count)
         for one, other in zip(on_device.impostors(), crowd.impostors(), strict=True):

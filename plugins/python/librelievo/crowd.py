@@ -100,6 +100,10 @@ class CrowdModel(Handle):
             made = self.of("rlv_crowd_model_refit", self.handle, *given, callback, None, ctypes.byref(report))
         return made, record.read(report)
 
+    def with_blend(self, blend: str | int) -> CrowdModel:
+        """Makes a model with the same clusters whose bones are blended in another way; see `abi.RlvCrowdBlend`."""
+        return self.of("rlv_crowd_model_with_blend", self.handle, record.named(abi.RlvCrowdBlend, blend, "blend"))
+
     @classmethod
     def read(cls, context: Context, path: FilePath) -> CrowdModel:
         """Reads a model (.rcrowd)."""
@@ -205,6 +209,15 @@ def draws_of(function: str, handle: Any, counts: Any) -> tuple[Any, ...]:
     return draws, clusters, instances, matrices
 
 
+def dual_rows_of(function: str, handle: Any, counts: Any) -> Array:
+    """Calls a function that copies draws of a cut, which has these counts, and returns them as `Crowd.dual_rows`."""
+    rows = numpy.empty((counts.matrix_count, 5, 4), numpy.float32)
+    buffers = record.fill(abi.RlvCrowdBuffers, {"matrix_capacity": len(rows)})
+    buffers.dual_rows = address(rows)
+    library.call(function, handle, ctypes.byref(buffers))
+    return rows
+
+
 def impostors_of(function: str, handle: Any, counts: Any) -> tuple[Any, ...]:
     """Calls a function that copies impostors of a cut, which has these counts, and returns them as `Crowd.impostors`."""
     side = abi.RLV_CROWD_PICTURE_SIDE
@@ -299,6 +312,12 @@ class Crowd(Handle):
         frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
         return draws_of("rlv_crowd_get", self.handle, frame)
 
+    def dual_rows(self) -> Array:
+        """The matrices of the last cut as they are blended by dual quaternions (n, 5, 4): three rows of stretch, a rotation and a
+        dual part; see `abi.RlvCrowdBuffers`."""
+        frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
+        return dual_rows_of("rlv_crowd_get", self.handle, frame)
+
     def impostors(self) -> tuple[Any, ...]:
         """The quads of the last cut: arrays of `abi.RlvCrowdImpostor`, of `abi.RlvCrowdPicture`, and of `abi.RlvCrowdTexel`
         (pictures, rows, columns), the lowest row first."""
@@ -326,6 +345,11 @@ class DeviceCrowd(Handle):
         """What the last cut found, copied back, as `Crowd.draws`; the matrices are those of all poses."""
         info = getattr(self, "_info", None) or record.empty(abi.RlvDeviceCrowdInfo)
         return draws_of("rlv_device_crowd_get", self.handle, info)
+
+    def dual_rows(self) -> Array:
+        """As `Crowd.dual_rows`, of all poses."""
+        info = getattr(self, "_info", None) or record.empty(abi.RlvDeviceCrowdInfo)
+        return dual_rows_of("rlv_device_crowd_get", self.handle, info)
 
     def impostors(self) -> tuple[Any, ...]:
         """The quads of the last cut, as `Crowd.impostors`."""

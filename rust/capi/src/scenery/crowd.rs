@@ -260,6 +260,6 @@ entry! {
         let state = try_read(&object.state, "crowd")?;
         state.check_cut()?;
         // SAFETY: the caller promises room for the capacities in each array that is not NULL.
-        unsafe { write_list(&given, &state.list) }
+        unsafe { write_list(&object.context.context, &given, &state.list) }
     }
 }

@@ -191,7 +191,7 @@ entry! {
             first_weights: made.first_weights,
             ..DrawList::default()
         };
-        if !given.matrices.is_null() {
+        if !(given.matrices.is_null() && given.dual_rows.is_null()) {
             list.matrices = read_back(device, state.crowd.matrices())?;
         }
         if !given.weights.is_null() {
@@ -199,7 +199,7 @@ entry! {
             list.weights.truncate(state.crowd.weight_count());
         }
         // SAFETY: the caller promises room for the capacities in each array that is not NULL.
-        unsafe { write_list(&given, &list) }
+        unsafe { write_list(&object.whole.context().context, &given, &list) }
     }
 
     fn rlv_device_crowd_get_impostors(crowd: RlvDeviceCrowd, impostors: *const RlvCrowdImpostors) {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use clap::ValueEnum;
 use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 use relievo_crowd::{
@@ -31,11 +32,14 @@ pub struct ViewArguments {
     pub scene: SceneArguments,
     /// Read clusters from the files while they are drawn, and keep their triangles within so many mebibytes for each model;
     /// left out, whole files are read. What has not been read is drawn coarser.
-    #[arg(long, value_name = "MIB", conflicts_with_all = ["occlusion", "geomorph", "impostors"])]
+    #[arg(long, value_name = "MIB", conflicts_with_all = ["occlusion", "geomorph", "impostors", "blend"])]
     budget: Option<f64>,
     /// Clusters of a model that are read in a frame at most.
     #[arg(long, value_name = "N", default_value_t = 1024, requires = "budget")]
     read: u32,
+    /// How bones are blended, by which errors differ.
+    #[arg(long, value_enum, default_value = "linear")]
+    blend: BlendName,
     /// What cuts the crowd, culls by occlusion and makes the draws. A graphics device makes the cuts of the processor. By
     /// occlusion it leaves out fewer agents, because it compares wider boxes with coarser depths.
     #[arg(long, value_enum, default_value = "cpu", conflicts_with = "budget")]
@@ -46,6 +50,14 @@ pub struct ViewArguments {
     /// Print JSON for programs.
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum BlendName {
+    /// Weighted sums of matrices.
+    Linear,
+    /// Weighted sums of dual quaternions.
+    Dual,
 }
 
 /// The models, the agents and the camera.
@@ -370,7 +382,10 @@ impl Shown {
 pub fn run(arguments: &ViewArguments) -> Outcome {
     let mut streams = Vec::new();
     let mut scene = match arguments.budget {
-        None => arguments.scene.open(Blend::Linear)?,
+        None => arguments.scene.open(match arguments.blend {
+            BlendName::Linear => Blend::Linear,
+            BlendName::Dual => Blend::DualQuaternion,
+        })?,
         Some(budget) => {
             if !(budget > 0.0 && budget <= 1e9) {
                 return Err(Error::invalid(format!("{budget} mebibytes"))

@@ -142,17 +142,20 @@ fn make(bytes: &mut Unstructured, handles: &mut Handles, context: RlvContext, mo
     let (mut out, mut job) = (RlvCrowdModel { id: UNTOUCHED }, RlvJob { id: UNTOUCHED });
     // SAFETY: descriptors are sized, texts end, there are two names, and the user pointer is what the callback takes it for.
     unsafe {
-        let result = match bytes.int_in_range(0..=5_u8)? {
+        let blend = bytes.int_in_range(0..=2)?;
+        let result = match bytes.int_in_range(0..=7_u8)? {
             0 => rlv_crowd_model_build(context, path, clips, clip_count, &settings, Some(wait), user, &mut out),
             1 => {
                 let report: *mut RlvCrowdRefitReport = if bytes.ratio(1, 4)? { null_mut() } else { &mut report };
                 rlv_crowd_model_refit(model, path, clips, clip_count, &settings, Some(wait), user, report, &mut out)
             }
             2 => rlv_crowd_model_read(context, nowhere, &mut out),
+            6 => rlv_crowd_model_with_blend(model, blend, &mut out),
             at => {
                 let result = match at {
                     3 => rlv_job_crowd(context, path, clips, clip_count, &settings, &mut job),
                     4 => rlv_job_crowd_refit(model, path, clips, clip_count, &settings, &mut job),
+                    5 => rlv_job_crowd_model_with_blend(model, blend, &mut job),
                     _ => rlv_job_crowd_model_write(model, nowhere, &mut job),
                 };
                 made(result, job.id, &mut handles.jobs);
@@ -331,6 +334,8 @@ fn take(
     (buffers.matrices, buffers.matrix_capacity) = (matrices.as_mut_ptr(), count(bytes, matrix_count)?);
     (buffers.weights, buffers.weight_capacity) = (weights.as_mut_ptr(), count(bytes, weight_count)?);
     buffers.first_weights = firsts.as_mut_ptr();
+    let mut dual_rows = vec![0.0_f32; 20 * matrix_count];
+    buffers.dual_rows = if bytes.ratio(1, 4)? { dual_rows.as_mut_ptr() } else { null_mut() };
     let mut quads = vec![RlvCrowdImpostor::default(); quad_count];
     let mut pictures = vec![RlvCrowdPicture::default(); picture_count];
     let mut texels = vec![RlvCrowdTexel::default(); picture_count * TEXELS];
