@@ -192,6 +192,7 @@ static void check_refits(RlvContext context, RlvCrowdModel model) {
     calls = 1;
     CHECK_FAILS(RLV_ERROR_CANCELLED, rlv_crowd_model_refit(model, "crowd_arm.gltf", NULL, 0, &settings, cancel, &calls, NULL, &untouched), "");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_refit(model, "crowd_other.obj", NULL, 0, NULL, NULL, NULL, NULL, &untouched), "other triangles");
+    CHECK(strstr(rlv_error_last(), "rlv_crowd_model_build") != NULL && strstr(rlv_error_last(), "relievo crowd build") != NULL);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_refit(model, NULL, NULL, 0, NULL, NULL, NULL, NULL, &untouched), "path");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_refit(model, "crowd_arm.gltf", NULL, 0, NULL, NULL, NULL, NULL, NULL), "out");
     report.struct_size = 2;
