@@ -154,6 +154,12 @@ typedef struct RlvCrowdAgent {
     double transform[12]; /* from the model to the world: three columns of the axes, then the translation */
 } RlvCrowdAgent;
 
+/* A sun that throws shadows into a view. */
+typedef struct RlvCrowdSun {
+    double towards[3];     /* direction towards it in the agents' world, of any length above 0 */
+    double angular_radius; /* half its angular diameter, radians, 0 or more */
+} RlvCrowdSun;
+
 /* From where a crowd is seen, and when. */
 typedef struct RlvCrowdView {
     uint32_t struct_size;
@@ -169,10 +175,15 @@ typedef struct RlvCrowdView {
     uint32_t geomorph;  /* 1 moves vertices from cut to cut as the view moves, so that nothing jumps; 0 does not */
     uint32_t impostors; /* 1 makes agents of a few pixels quads with pictures of them, where these hold the error; 0 does not */
     uint32_t reserved;
+    const RlvCrowdSun *suns; /* suns whose shadows the host draws, packed: agents out of sight that may throw shadows into the
+                              * view are drawn too, as finely as their distance from the eye asks; may be NULL */
+    size_t sun_count;
+    double around; /* agents out of sight within so far of the view are drawn too, since they hide a part of the sky; units of the
+                    * agents' world, 0 or more */
 } RlvCrowdView;
 
 #define RLV_CROWD_VIEW_INIT \
-    {sizeof(RlvCrowdView), 0, 0, 0.5f, {0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 0.6, 0.0, 0, 0, 0, 0}
+    {sizeof(RlvCrowdView), 0, 0, 0.5f, {0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 0.6, 0.0, 0, 0, 0, 0, NULL, 0, 0.0}
 
 /* Counts of a frame. */
 typedef struct RlvCrowdFrame {
@@ -384,9 +395,11 @@ RLV_API RlvResult rlv_crowd_set_weights(RlvCrowd crowd, uint32_t agent, const fl
  * pixel of a picture with one sample in the middle of each pixel, and rests for 32 cuts where it hides fewer triangles
  * than it costs. With impostors agents of a few pixels that have no weights of their own have no draws, but a quad each: see
  * rlv_crowd_get_impostors. With geomorph vertices move between cuts, which is of use where errors above one pixel may be seen; all
- * agents in view are then cut group by group, and each has draws of its own. Fails if the view is not finite or has no pixels
- * or direction, occlusion, geomorph or impostors is neither 0 nor 1, the indices of all models do not fit 32 bits, with occlusion there
- * are more than 2^26 pixels, or with geomorph a model does not say where its vertices go. */
+ * agents in view are then cut group by group, and each has draws of its own. With suns or around, agents out of sight count as
+ * agents in view. Fails if the view is not finite or has no pixels or direction, occlusion, geomorph or impostors is neither 0 nor
+ * 1, the indices of all models do not fit 32 bits, a sun has no direction, an angular radius or around is below 0, with occlusion
+ * there are more than 2^26 pixels, suns, or an around above 0, because hidden agents throw shadows too, or with geomorph a model
+ * does not say where its vertices go. */
 RLV_API RlvResult rlv_crowd_cut(RlvCrowd crowd, const RlvCrowdView *view, RlvCrowdFrame *out);
 
 /* Writes what rlv_crowd_cut found. Fails, and writes nothing, if a capacity is too small, or the agents changed since. */

@@ -1727,6 +1727,13 @@ public:
     /// Gives an agent the weights of its clip again.
     void reset_weights(std::uint32_t agent) const { check(rlv_crowd_set_weights(get(), agent, nullptr, 0)); }
 
+    /// As below, with agents out of sight that may throw shadows of suns into the view.
+    RlvCrowdFrame cut(RlvCrowdView view, const std::vector<RlvCrowdSun> &suns) {
+        view.suns = suns.data();
+        view.sun_count = suns.size();
+        return cut(view);
+    }
+
     RlvCrowdFrame cut(const RlvCrowdView &view) {
         RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
         check(rlv_crowd_cut(get(), &view, &frame));
@@ -1769,6 +1776,13 @@ public:
         DeviceCrowd made;
         check(rlv_device_crowd_create(crowd.get(), made.out()));
         return made;
+    }
+
+    /// As below, with agents out of sight that may throw shadows of suns into the view.
+    RlvDeviceCrowdInfo cut(RlvCrowdView view, const std::vector<RlvCrowdSun> &suns) {
+        view.suns = suns.data();
+        view.sun_count = suns.size();
+        return cut(view);
     }
 
     RlvDeviceCrowdInfo cut(const RlvCrowdView &view) {

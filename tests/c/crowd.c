@@ -439,6 +439,79 @@ static void check_blends(RlvContext context, RlvCrowdModel model) {
     free(all);
 }
 
+/* Returns the agents that a view draws, a bit each, of at most 32. */
+static uint32_t drawn_by(RlvCrowd crowd, const RlvCrowdView *view) {
+    RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
+    RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+    RlvCrowdInstance instances[32];
+    uint32_t drawn = 0;
+    CHECK_OK(rlv_crowd_cut(crowd, view, &frame));
+    buffers.instances = instances;
+    buffers.instance_capacity = 32;
+    CHECK_OK(rlv_crowd_get(crowd, &buffers));
+    for (uint32_t at = 0; at < frame.agent_count; ++at) {
+        drawn |= 1u << instances[at].agent;
+    }
+    return drawn;
+}
+
+/* Agents before the camera, on either side of what it sees and behind it. Agents are drawn from which shadows fall into view. */
+static void check_shadows(RlvContext context, RlvCrowdModel model) {
+    const RlvCrowdAgent agents[4] = {agent_at(0.0, -4.0), agent_at(30.0, -4.0), agent_at(-30.0, -4.0), agent_at(0.0, 20.0)};
+    RlvCrowdSun suns[2] = {{{0.0, 0.05, 1.0}, 0.005}, {{3.0, 0.15, 0.0}, 0.005}};
+    RlvCrowdView view = RLV_CROWD_VIEW_INIT;
+    RlvCrowd crowd = RLV_NULL;
+    CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));
+    CHECK_OK(rlv_crowd_add(crowd, agents, 4, 0, NULL));
+    view.width = 320;
+    view.height = 240;
+    view.eye[2] = 4.0;
+    CHECK(drawn_by(crowd, &view) == 1);
+    /* The far sides of the view are beside all agents. */
+    view.suns = suns;
+    view.sun_count = 1;
+    CHECK(drawn_by(crowd, &view) == 15);
+    view.suns = suns + 1;
+    CHECK(drawn_by(crowd, &view) == 3);
+    suns[1].towards[0] = -3.0;
+    CHECK(drawn_by(crowd, &view) == 5);
+    suns[1].towards[2] = -30.0;
+    suns[1].towards[0] = 0.0;
+    CHECK(drawn_by(crowd, &view) == 1);
+    view.suns = suns;
+    view.sun_count = 2;
+    CHECK(drawn_by(crowd, &view) == 15);
+    /* A host with an older header has no suns. */
+    view.struct_size = offsetof(RlvCrowdView, suns);
+    CHECK(drawn_by(crowd, &view) == 1);
+    view.struct_size = sizeof view;
+    view.sun_count = 0;
+    view.around = 18.0;
+    CHECK(drawn_by(crowd, &view) == 9);
+
+    view.occlusion = 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "occlusion");
+    view.around = 0.0;
+    view.sun_count = 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "occlusion");
+    view.occlusion = 0;
+    view.around = -1.0;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "around");
+    view.around = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "around");
+    view.around = 0.0;
+    suns[0].angular_radius = -0.1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "angular radius");
+    suns[0].angular_radius = 0.0;
+    suns[0].towards[1] = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "direction");
+    memset(suns[0].towards, 0, sizeof suns[0].towards);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "direction");
+    view.suns = NULL;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "suns");
+    CHECK_OK(rlv_crowd_release(crowd));
+}
+
 /* An agent with weights of its own is drawn with them, and with more triangles; without them as before. */
 static void check_weights(RlvContext context, RlvCrowdModel model) {
     const RlvCrowdAgent agents[2] = {agent_at(-1.0, -20.0), agent_at(1.0, -20.0)};
@@ -813,6 +886,7 @@ int main(void) {
     check_parts(model);
     check_draws(context, model);
     check_blends(context, model);
+    check_shadows(context, model);
     check_weights(context, model);
     check_geomorphs(context, model);
     check_impostors(context, model);

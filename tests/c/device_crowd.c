@@ -205,6 +205,16 @@ int main(int argc, char **argv) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get(device, &buffers), "draws");
     CHECK(on_device.draws[0].index_count == 12345);
     check_occlusion(crowd, device, view);
+    /* With the sun behind the camera there are more agents, the same on both. */
+    const RlvCrowdSun sun = {{0.1, 0.2, 1.0}, 0.01};
+    RlvDeviceCrowdInfo fewer = RLV_DEVICE_CROWD_INFO_INIT, more = RLV_DEVICE_CROWD_INFO_INIT;
+    CHECK_OK(rlv_device_crowd_cut(device, &view, &fewer));
+    view.suns = &sun;
+    view.sun_count = 1;
+    compare(crowd, device, &view);
+    CHECK_OK(rlv_device_crowd_cut(device, &view, &more));
+    CHECK(more.agent_count > fewer.agent_count);
+    view.sun_count = 0;
     view.geomorph = 1;
     view.tolerance = 2.0f;
     compare(crowd, device, &view);

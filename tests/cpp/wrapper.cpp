@@ -486,6 +486,10 @@ int main() {
     CHECK(model.offsets().empty() && crowd_draws.weights.empty() && crowd_draws.first_weights.size() == 3);
     const auto dual_rows = crowd.dual_rows(crowd_frame);
     CHECK(dual_rows.size() == 1 && dual_rows[0][0] == 1.0f && dual_rows[0][15] == 1.0f && dual_rows[0][19] == 0.0f);
+    crowd_view.eye[2] = -500.0;
+    crowd_view.target[2] = -1000.0;
+    CHECK(crowd.cut(crowd_view).agent_count == 1 && crowd.cut(crowd_view, {{{0.0, 0.0, 1.0}, 0.01}}).agent_count == 3);
+    crowd_view.eye[2] = 5.0;
     crowd_view.impostors = 1;
     const auto far_frame = crowd.cut(crowd_view);
     const auto quads = crowd.impostors(far_frame);

@@ -1243,6 +1243,13 @@ class Crowds(unittest.TestCase):
         self.assertGreater(culled.occluder_triangles, 0)
         self.assertEqual(culled.agent_count + culled.hidden, 5)
         self.assertEqual(len(crowd.draws()[2]), culled.agent_count)
+        # The sun is behind the camera, as an agent is whose shadow falls into view.
+        lit = crowd.cut((400, 400), eye=(0.5, 0.5, 3), target=(0.5, 0.5, 0), suns=[(0, 0, 1, 0.01)])
+        self.assertEqual(sorted(crowd.draws()[2]["agent"].tolist()), [0, 1, 2, 3, 4, 5])
+        self.assertEqual(crowd.cut((400, 400), eye=(0.5, 0.5, 3), target=(0.5, 0.5, 0), around=8.0).agent_count, lit.agent_count)
+        for suns in ([(0, 0, 1)], [(0, 0, 0, 0.1)], [(0, 0, 1, -0.1)], 3, "high"):
+            with self.assertRaisesRegex(rl.Invalid, "suns"):
+                crowd.cut((400, 400), (0.5, 0.5, 3), (0.5, 0.5, 0), suns=suns)
         counts = draws["index_count"].astype(int) // 3 * draws["instance_count"]
         self.assertEqual(int(counts.sum()), frame.triangles)
         known = model.clusters()[clusters[:, 1]]

@@ -1740,6 +1740,13 @@ class RlvCrowdAgent(Structure):
     ]
 
 
+class RlvCrowdSun(Structure):
+    _fields_ = [
+        ("towards", c_double * 3),
+        ("angular_radius", c_double),
+    ]
+
+
 class RlvCrowdView(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1755,6 +1762,9 @@ class RlvCrowdView(Structure):
         ("geomorph", c_uint32),
         ("impostors", c_uint32),
         ("reserved", c_uint32),
+        ("suns", POINTER(RlvCrowdSun)),
+        ("sun_count", c_size_t),
+        ("around", c_double),
     ]
 
 
@@ -3465,7 +3475,7 @@ INIT = {
     RlvCrowdClip: (ctypes.sizeof(RlvCrowdClip), 0, 0.0, (0,),),
     RlvCrowdMaterial: (ctypes.sizeof(RlvCrowdMaterial), (0,),),
     RlvCrowdVertices: (ctypes.sizeof(RlvCrowdVertices), 0, 0, None, None, None, None, None,),
-    RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0, 0, 0, 0, 0,),
+    RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0, 0, 0, 0, 0, None, 0, 0.0,),
     RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0, None, 0, None, None, None,),
     RlvCrowdImpostors: (ctypes.sizeof(RlvCrowdImpostors), 0, None, 0, 0, None, 0, 0, None, 0,),

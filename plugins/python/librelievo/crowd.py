@@ -68,11 +68,16 @@ def agents_of(transforms: Any, clips: int = 0, phases: float = 0.0, models: int 
 
 
 def view_of(size: Sequence[int], eye: Any, target: Any, **given: Any) -> Any:
-    """An `abi.RlvCrowdView` of a picture of `size` (width, height) pixels and its other fields."""
+    """An `abi.RlvCrowdView` of a picture of `size` (width, height) pixels and its other fields; suns are rows of four numbers."""
     switches = {name: flag(given.pop(name), name) for name in ("occlusion", "geomorph", "impostors") if name in given}
     width, height = tupled(size, 2, "size")
     fields = {"width": width, "height": height, "eye": eye, "target": target}
-    return record.fill(abi.RlvCrowdView, fields | switches | given)
+    suns = Reading(list_of(given.pop("suns", ()), "suns") or None, numpy.float64, 4, "suns")
+    made = record.fill(abi.RlvCrowdView, fields | switches | given)
+    if suns.count:
+        # The struct keeps an array of ctypes alive.
+        made.suns, made.sun_count = (abi.RlvCrowdSun * suns.count).from_buffer_copy(suns.array.tobytes()), suns.count
+    return made
 
 
 class CrowdModel(Handle):
@@ -296,11 +301,15 @@ class Crowd(Handle):
         occlusion: bool = False,
         geomorph: bool = False,
         impostors: bool = False,
+        suns: ArrayLike | Sequence[Any] = (),
+        around: float = 0.0,
     ) -> Any:
         """Finds what a view draws, and returns counts; see `abi.RlvCrowdFrame`. `size` is (width, height) in pixels,
         `tolerance` the error that may be seen, in pixels; `occlusion` leaves out agents that others hide; `geomorph` moves
-        vertices from cut to cut; `impostors` makes agents of a few pixels quads, see `impostors`."""
-        given = {"tolerance": tolerance, "up": up, "fov": fov, "time": time}
+        vertices from cut to cut; `impostors` makes agents of a few pixels quads, see `impostors`. `suns` has a row for each sun
+        whose shadows are drawn, the direction towards it and half its angular diameter in radians: agents out of sight that
+        may throw shadows into the view are found too, and all within `around` of it."""
+        given = {"tolerance": tolerance, "up": up, "fov": fov, "time": time, "suns": suns, "around": around}
         view = view_of(size, eye, target, **given, occlusion=occlusion, geomorph=geomorph, impostors=impostors)
         self._frame = record.empty(abi.RlvCrowdFrame)
         library.call("rlv_crowd_cut", self.handle, ctypes.byref(view), ctypes.byref(self._frame))

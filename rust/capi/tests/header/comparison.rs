@@ -489,7 +489,8 @@ layout!(RlvCrowdCollapse: 8, 4);
 layout!(RlvCrowdOffset: 20, 4);
 layout!(RlvCrowdCluster: 24, 4);
 layout!(RlvCrowdAgent: 112, 8);
-layout!(RlvCrowdView: 120, 8);
+layout!(RlvCrowdSun: 32, 8);
+layout!(RlvCrowdView: 144, 8);
 layout!(RlvCrowdFrame: 72, 8);
 layout!(RlvCrowdDraw: 20, 4);
 layout!(RlvCrowdInstance: 56, 4);
@@ -2062,6 +2063,10 @@ pub fn offsets(list: &mut Offsets) {
         phase: f64 = 8,
         transform: [f64; 12] = 16,
     });
+    fields!(list, RlvCrowdSun {
+        towards: [f64; 3] = 0,
+        angular_radius: f64 = 24,
+    });
     fields!(list, RlvCrowdView {
         struct_size: u32 = 0,
         width: u32 = 4,
@@ -2076,6 +2081,9 @@ pub fn offsets(list: &mut Offsets) {
         geomorph: u32 = 108,
         impostors: u32 = 112,
         reserved: u32 = 116,
+        suns: *const RlvCrowdSun = 120,
+        sun_count: usize = 128,
+        around: f64 = 136,
     });
     fields!(list, RlvCrowdFrame {
         struct_size: u32 = 0,

@@ -266,7 +266,12 @@ pub fn crowds(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             called(rlv_crowd_set_weights(crowd, at, own, given));
         }
     }
-    let view = view(bytes)?;
+    let mut view = view(bytes)?;
+    let suns = [sun(bytes)?, sun(bytes)?];
+    if bytes.ratio(1, 4)? {
+        (view.suns, view.sun_count) = (suns.as_ptr(), count(bytes, 2)?);
+        view.around = if bytes.ratio(1, 4)? { f64::from(number(bytes)?) } else { 0.0 };
+    }
     let (mut frame, mut info): (RlvCrowdFrame, RlvDeviceCrowdInfo) = (sized(bytes)?, sized(bytes)?);
     // SAFETY: descriptors are sized.
     let [is_cut, is_cut_there] = unsafe {
@@ -292,6 +297,15 @@ fn agent(bytes: &mut Unstructured) -> Result<RlvCrowdAgent> {
         made.transform[11] = -1000.0 * f64::from(number(bytes)?.abs());
     }
     Ok(made)
+}
+
+/// A sun, mostly of some direction.
+fn sun(bytes: &mut Unstructured) -> Result<RlvCrowdSun> {
+    let mut sun = RlvCrowdSun { towards: place(bytes)?, angular_radius: 0.01 };
+    if bytes.ratio(1, 8)? {
+        sun.angular_radius = f64::from(number(bytes)?);
+    }
+    Ok(sun)
 }
 
 /// A view, mostly of what stands at the origin.
