@@ -399,10 +399,11 @@ RLV_API RlvResult rlv_crowd_set_weights(RlvCrowd crowd, uint32_t agent, const fl
  * agents in view. Fails if the view is not finite or has no pixels or direction, occlusion, geomorph or impostors is neither 0 nor
  * 1, the indices of all models do not fit 32 bits, a sun has no direction, an angular radius or around is below 0, with occlusion
  * there are more than 2^26 pixels, suns, or an around above 0, because hidden agents throw shadows too, or with geomorph a model
- * does not say where its vertices go. */
+ * does not say where its vertices go. A cut that fails leaves nothing for rlv_crowd_get, unless it fails with RLV_ERROR_BUSY. */
 RLV_API RlvResult rlv_crowd_cut(RlvCrowd crowd, const RlvCrowdView *view, RlvCrowdFrame *out);
 
-/* Writes what rlv_crowd_cut found. Fails, and writes nothing, if a capacity is too small, or the agents changed since. */
+/* Writes what rlv_crowd_cut found. Fails, and writes nothing, if a capacity is too small, the last cut failed, or the agents
+ * changed since. */
 RLV_API RlvResult rlv_crowd_get(RlvCrowd crowd, const RlvCrowdBuffers *buffers);
 
 /* Writes the impostors that rlv_crowd_cut found. Fails as rlv_crowd_get. */

@@ -63,12 +63,13 @@ RLV_API RlvResult rlv_device_crowd_release(RlvDeviceCrowd crowd);
 /* Mutating. Finds what a view draws of the crowd, and waits until the device has done it; out may be NULL. Fails as
  * rlv_crowd_cut, and with RLV_ERROR_DEVICE if the device was lost. With occlusion all agents that were drawn in the last cut with
  * occlusion are posed there and drawn as depths, and a pyramid of these hides the boxes of others: a picture with one sample in
- * the middle of each pixel stays the same. */
+ * the middle of each pixel stays the same. A cut that fails leaves nothing for rlv_device_crowd_get, unless it fails with
+ * RLV_ERROR_BUSY. */
 RLV_API RlvResult rlv_device_crowd_cut(RlvDeviceCrowd crowd, const RlvCrowdView *view, RlvDeviceCrowdInfo *out);
 
 /* Copies draws, clusters, blends, instances, matrices, weights and first weights of the last cut back from the device, and makes
  * dual rows; matrices, dual rows and weights are those of all poses, and weights of agents of their own. Fails, and writes nothing, if a capacity
- * is too small, or there was no cut. */
+ * is too small, there was no cut, or the last one failed. */
 RLV_API RlvResult rlv_device_crowd_get(RlvDeviceCrowd crowd, const RlvCrowdBuffers *buffers);
 
 /* Writes the impostors of the last cut, in the order of agents, with their pictures. Fails as rlv_device_crowd_get. */

@@ -821,6 +821,20 @@ static void check_draws(RlvContext context, RlvCrowdModel model) {
     view.width = 320;
     view.eye[1] = NAN;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "");
+    /* A cut that fails leaves nothing of the one before. */
+    RlvCrowdBuffers empty = RLV_CROWD_BUFFERS_INIT;
+    RlvCrowdImpostors quads = RLV_CROWD_IMPOSTORS_INIT;
+    for (int wrong = 0; wrong < 3; ++wrong) {
+        view.eye[1] = 0.0;
+        CHECK_OK(rlv_crowd_cut(crowd, &view, NULL));
+        CHECK_OK(rlv_crowd_get(crowd, &empty));
+        CHECK_OK(rlv_crowd_get_impostors(crowd, &quads));
+        view.eye[1] = wrong == 0 ? NAN : 0.0;
+        culled.struct_size = wrong == 2 ? 2 : sizeof culled;
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, wrong == 1 ? NULL : &view, &culled), "");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &empty), "failed");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get_impostors(crowd, &quads), "failed");
+    }
     CHECK_OK(rlv_crowd_retain(crowd));
     CHECK_OK(rlv_crowd_release(crowd));
     CHECK_OK(rlv_crowd_release(crowd));

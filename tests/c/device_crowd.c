@@ -221,7 +221,11 @@ int main(int argc, char **argv) {
     view.geomorph = 0;
     compare_impostors(crowd, device, view);
     view.tolerance = -1.0f;
+    CHECK_OK(rlv_device_crowd_get_impostors(device, &quads));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_cut(device, &view, NULL), "pixels");
+    /* Nothing is left of the cut before. */
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get(device, &buffers), "failed");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get_impostors(device, &quads), "failed");
     view.tolerance = 0.5f;
     RlvDeviceCrowdVulkan vulkan = RLV_DEVICE_CROWD_VULKAN_INIT;
     const RlvResult result = rlv_device_crowd_vulkan(device, &vulkan);

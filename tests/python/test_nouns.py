@@ -1250,6 +1250,11 @@ class Crowds(unittest.TestCase):
         for suns in ([(0, 0, 1)], [(0, 0, 0, 0.1)], [(0, 0, 1, -0.1)], 3, "high"):
             with self.assertRaisesRegex(rl.Invalid, "suns"):
                 crowd.cut((400, 400), (0.5, 0.5, 3), (0.5, 0.5, 0), suns=suns)
+        with self.assertRaisesRegex(rl.Invalid, "around"):
+            crowd.cut((400, 400), (0.5, 0.5, 3), (0.5, 0.5, 0), around=-1.0)
+        with self.assertRaisesRegex(rl.Invalid, "failed"):
+            crowd.draws()
+        self.assertEqual(crowd.cut((400, 400), (0.5, 0.5, 3), (0.5, 0.5, 0)).triangles, frame.triangles)
         counts = draws["index_count"].astype(int) // 3 * draws["instance_count"]
         self.assertEqual(int(counts.sum()), frame.triangles)
         known = model.clusters()[clusters[:, 1]]
