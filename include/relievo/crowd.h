@@ -22,6 +22,20 @@ typedef struct RlvCrowd {
     uint64_t id;
 } RlvCrowd;
 
+/* How the maps of several bones are blended. With either the matrices of a frame are those of single bones. The shader of a host
+ * that blends dual quaternions reads RlvCrowdBuffers::dual_rows in their place. For a vertex with up to four bones it
+ * 1. adds the rows of stretch of the bones, each times its weight;
+ * 2. adds the rotations and the dual parts of the bones, each times its weight, or times minus its weight where the dot product
+ *    of its rotation and that of the first bone with the largest weight is below 0;
+ * 3. divides both sums by the length of that of the rotations, which gives r and d;
+ * 4. moves the vertex to the vector part of r * (stretch * place) * conjugate(r) + 2 * d * conjugate(r), by products of
+ *    quaternions, and turns its normal by r * (inverse transpose of stretch * normal) * conjugate(r). */
+typedef enum RlvCrowdBlend {
+    RLV_CROWD_BLEND_LINEAR = 0,         /* weighted sums of matrices */
+    RLV_CROWD_BLEND_DUAL_QUATERNION = 1 /* weighted sums of dual quaternions, which keep the volume of twisted joints; scale and
+                                           shear are blended linearly before the rigid part */
+} RlvCrowdBlend;
+
 /* How a hierarchy is built. rlv_crowd_params has ranges, units and defaults of every field. */
 typedef struct RlvCrowdBuildSettings {
     uint32_t struct_size;
@@ -69,10 +83,12 @@ typedef struct RlvCrowdModelInfo {
     float high[3];            /* largest coordinates in all poses */
     uint32_t morph_count;     /* morph targets that clips move */
     uint32_t offset_count;    /* of vertices by these */
+    uint32_t blend;           /* RlvCrowdBlend */
+    uint32_t reserved;
 } RlvCrowdModelInfo;
 
 #define RLV_CROWD_MODEL_INFO_INIT \
-    {sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0f, 0, 0, {0.0f}, {0.0f}, 0, 0}
+    {sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0f, 0, 0, {0.0f}, {0.0f}, 0, 0, RLV_CROWD_BLEND_LINEAR, 0}
 
 /* A clip: an animation sampled as poses, which repeats. */
 typedef struct RlvCrowdClip {
@@ -138,6 +154,12 @@ typedef struct RlvCrowdAgent {
     double transform[12]; /* from the model to the world: three columns of the axes, then the translation */
 } RlvCrowdAgent;
 
+/* A sun that throws shadows into a view. */
+typedef struct RlvCrowdSun {
+    double towards[3];     /* direction towards it in the agents' world, of any length above 0 */
+    double angular_radius; /* half its angular diameter, radians, 0 or more */
+} RlvCrowdSun;
+
 /* From where a crowd is seen, and when. */
 typedef struct RlvCrowdView {
     uint32_t struct_size;
@@ -153,10 +175,15 @@ typedef struct RlvCrowdView {
     uint32_t geomorph;  /* 1 moves vertices from cut to cut as the view moves, so that nothing jumps; 0 does not */
     uint32_t impostors; /* 1 makes agents of a few pixels quads with pictures of them, where these hold the error; 0 does not */
     uint32_t reserved;
+    const RlvCrowdSun *suns; /* suns whose shadows the host draws, packed: agents out of sight that may throw shadows into the
+                              * view are drawn too, as finely as their distance from the eye asks; may be NULL */
+    size_t sun_count;
+    double around; /* agents out of sight within so far of the view are drawn too, since they hide a part of the sky; units of the
+                    * agents' world, 0 or more */
 } RlvCrowdView;
 
 #define RLV_CROWD_VIEW_INIT \
-    {sizeof(RlvCrowdView), 0, 0, 0.5f, {0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 0.6, 0.0, 0, 0, 0, 0}
+    {sizeof(RlvCrowdView), 0, 0, 0.5f, {0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 0.6, 0.0, 0, 0, 0, 0, NULL, 0, 0.0}
 
 /* Counts of a frame. */
 typedef struct RlvCrowdFrame {
@@ -213,10 +240,13 @@ typedef struct RlvCrowdBuffers {
     size_t weight_capacity;
     uint32_t *first_weights; /* the first weight of the pose of each instance, packed, with room for instance_capacity */
     float *blends; /* how far the vertices of each draw are on the way to their targets, 0 to 1, packed, with room for draw_capacity */
+    float *dual_rows; /* of each matrix, for bones that are blended as dual quaternions: three rows of four floats of its stretch, the
+                       * last of them 0, then its rotation and its dual part, quaternions x, y, z, w; packed, with room for
+                       * matrix_capacity. They are computed when they are asked for */
 } RlvCrowdBuffers;
 
 #define RLV_CROWD_BUFFERS_INIT \
-    {sizeof(RlvCrowdBuffers), 0, NULL, 0, 0, NULL, NULL, 0, 0, NULL, 0, 0, NULL, 0, NULL, NULL}
+    {sizeof(RlvCrowdBuffers), 0, NULL, 0, 0, NULL, NULL, 0, 0, NULL, 0, 0, NULL, 0, NULL, NULL, NULL}
 
 /* Texels along a side of the picture of an impostor. */
 #define RLV_CROWD_PICTURE_SIDE 32
@@ -280,6 +310,11 @@ RLV_API RlvResult rlv_crowd_model_build(RlvContext context, const char *path, co
 RLV_API RlvResult rlv_crowd_model_refit(RlvCrowdModel model, const char *path, const RlvCrowdClipName *clips,
                                         size_t clip_count, const RlvCrowdBuildSettings *settings, RlvProgress progress,
                                         void *user, RlvCrowdRefitReport *report, RlvCrowdModel *out);
+
+/* Makes a model with the same clusters whose bones are blended as blend says, an RlvCrowdBlend. Dual quaternions have vertices
+ * elsewhere: errors and boxes are measured anew and hold for both, which takes about as long as a refit. Files do not say how
+ * bones are blended: a model that is built, refitted or read has RLV_CROWD_BLEND_LINEAR. No failure of its own. */
+RLV_API RlvResult rlv_crowd_model_with_blend(RlvCrowdModel model, uint32_t blend, RlvCrowdModel *out);
 
 /* Reads a model (.rcrowd). Fails if the file is damaged or of a later version, or exceeds the memory limit. */
 RLV_API RlvResult rlv_crowd_model_read(RlvContext context, const char *path, RlvCrowdModel *out);
@@ -360,12 +395,15 @@ RLV_API RlvResult rlv_crowd_set_weights(RlvCrowd crowd, uint32_t agent, const fl
  * depths. That changes no pixel of a picture with one sample in the middle of each pixel, and rests for 32 cuts where it hides
  * fewer triangles than it costs. With impostors agents of a few pixels that have no weights of their own have no draws, but a quad each: see
  * rlv_crowd_get_impostors. With geomorph vertices move between cuts, which is of use where errors above one pixel may be seen; all
- * agents in view are then cut group by group, and each has draws of its own. Fails if the view is not finite or has no pixels
- * or direction, occlusion, geomorph or impostors is neither 0 nor 1, the indices of all models do not fit 32 bits, with occlusion there
- * are more than 2^26 pixels, or with geomorph a model does not say where its vertices go. */
+ * agents in view are then cut group by group, and each has draws of its own. With suns or around, agents out of sight count as
+ * agents in view. Fails if the view is not finite or has no pixels or direction, occlusion, geomorph or impostors is neither 0 nor
+ * 1, the indices of all models do not fit 32 bits, a sun has no direction, an angular radius or around is below 0, with occlusion
+ * there are more than 2^26 pixels, suns, or an around above 0, because hidden agents throw shadows too, or with geomorph a model
+ * does not say where its vertices go. A cut that fails leaves nothing for rlv_crowd_get, unless it fails with RLV_ERROR_BUSY. */
 RLV_API RlvResult rlv_crowd_cut(RlvCrowd crowd, const RlvCrowdView *view, RlvCrowdFrame *out);
 
-/* Writes what rlv_crowd_cut found. Fails, and writes nothing, if a capacity is too small, or the agents changed since. */
+/* Writes what rlv_crowd_cut found. Fails, and writes nothing, if a capacity is too small, the last cut failed, or the agents
+ * changed since. */
 RLV_API RlvResult rlv_crowd_get(RlvCrowd crowd, const RlvCrowdBuffers *buffers);
 
 /* Writes the impostors that rlv_crowd_cut found. Fails as rlv_crowd_get. */

@@ -3,8 +3,8 @@
  * A device crowd makes the draws of rlv_crowd_cut (crowd.h) on the device of the crowd's context, in the same order, for the
  * agents that the crowd has at that time. The host sends what changed and eight bytes an agent for its pose; skin matrices of
  * all poses of all clips stay on the device. Where a device rounds square roots otherwise, an agent at the limit of two steps
- * may take the other one. Pictures of impostors are made by the processor when they are first needed. Who may use its Vulkan objects, and when, is as in buffer.h; each cut may make new ones where there
- * are more agents, weights or draws. */
+ * may take the other one. Pictures of impostors are made by the processor when they are first needed. Who may use its Vulkan
+ * objects, and when, is as in buffer.h; each cut may make new ones where there are more agents, weights or draws. */
 #ifndef RELIEVO_DEVICE_CROWD_H
 #define RELIEVO_DEVICE_CROWD_H
 
@@ -65,12 +65,14 @@ RLV_API RlvResult rlv_device_crowd_release(RlvDeviceCrowd crowd);
 /* Mutating. Finds what a view draws of the crowd, and waits until the device has done it; out may be NULL. Fails as
  * rlv_crowd_cut, and with RLV_ERROR_DEVICE if the device was lost. With occlusion all agents that were drawn in the last cut with
  * occlusion are posed there and drawn as depths, and a pyramid of these hides the boxes of others: a picture with one sample in
- * the middle of each pixel stays the same. Draws of clusters of near agents that are hidden have no instances. */
+ * the middle of each pixel stays the same. Draws of clusters of near agents that are hidden have no instances. It fails with
+ * RLV_ERROR_UNSUPPORTED then if the bones of some models are blended as matrices and those of others as dual quaternions. A cut
+ * that fails leaves nothing for rlv_device_crowd_get, unless it fails with RLV_ERROR_BUSY. */
 RLV_API RlvResult rlv_device_crowd_cut(RlvDeviceCrowd crowd, const RlvCrowdView *view, RlvDeviceCrowdInfo *out);
 
-/* Copies draws, clusters, blends, instances, matrices, weights and first weights of the last cut back from the device; the
- * matrices and the weights are those of all poses, and weights of agents of their own. Fails, and writes nothing, if a capacity
- * is too small, or there was no cut. */
+/* Copies draws, clusters, blends, instances, matrices, weights and first weights of the last cut back from the device, and makes
+ * dual rows; matrices, dual rows and weights are those of all poses, and weights of agents of their own. Fails, and writes
+ * nothing, if a capacity is too small, there was no cut, or the last one failed. */
 RLV_API RlvResult rlv_device_crowd_get(RlvDeviceCrowd crowd, const RlvCrowdBuffers *buffers);
 
 /* Writes the impostors of the last cut, in the order of agents, with their pictures. Fails as rlv_device_crowd_get. */

@@ -166,6 +166,10 @@ RLV_API RlvResult rlv_job_crowd(RlvContext context, const char *path, const RlvC
 RLV_API RlvResult rlv_job_crowd_refit(RlvCrowdModel model, const char *path, const RlvCrowdClipName *clips,
                                       size_t clip_count, const RlvCrowdBuildSettings *settings, RlvJob *out);
 
+/* Starts rlv_crowd_model_with_blend; rlv_job_crowd_model has the model it makes. Fails as rlv_crowd_model_with_blend does, as
+ * a job or at once. */
+RLV_API RlvResult rlv_job_crowd_model_with_blend(RlvCrowdModel model, uint32_t blend, RlvJob *out);
+
 /* Mutates the fluid: starts rlv_fluid_advance; rlv_job_fluid_report has what the steps did. Cancelled or failed it leaves
  * the fluid as the last whole step left it. Fails as rlv_fluid_advance does, as a job or at once, with RLV_ERROR_BUSY if
  * another call is at work on the fluid. */

@@ -1513,6 +1513,13 @@ public:
                              const RlvCrowdBuildSettings &settings = RLV_CROWD_BUILD_SETTINGS_INIT,
                              const Progress &progress = nullptr) const;
 
+    /// Makes a model with the same clusters whose bones are blended as an RlvCrowdBlend says.
+    CrowdModel with_blend(std::uint32_t blend) const {
+        CrowdModel made;
+        check(rlv_crowd_model_with_blend(get(), blend, made.out()));
+        return made;
+    }
+
     static CrowdModel read(const Context &context, const std::string &path) {
         CrowdModel made;
         check(rlv_crowd_model_read(context.get(), path.c_str(), made.out()));
@@ -1623,6 +1630,9 @@ inline RefittedCrowdModel CrowdModel::refit(const std::string &path, const std::
     return made;
 }
 
+/// A skin matrix as it is blended by dual quaternions: three rows of stretch, a rotation and a dual part.
+using CrowdDualRows = std::array<float, 20>;
+
 /// What a view draws of a crowd.
 struct CrowdDraws {
     std::vector<RlvCrowdDraw> draws;
@@ -1717,6 +1727,13 @@ public:
     /// Gives an agent the weights of its clip again.
     void reset_weights(std::uint32_t agent) const { check(rlv_crowd_set_weights(get(), agent, nullptr, 0)); }
 
+    /// As below, with agents out of sight that may throw shadows of suns into the view.
+    RlvCrowdFrame cut(RlvCrowdView view, const std::vector<RlvCrowdSun> &suns) {
+        view.suns = suns.data();
+        view.sun_count = suns.size();
+        return cut(view);
+    }
+
     RlvCrowdFrame cut(const RlvCrowdView &view) {
         RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
         check(rlv_crowd_cut(get(), &view, &frame));
@@ -1727,6 +1744,16 @@ public:
     CrowdDraws draws(const RlvCrowdFrame &frame) const {
         CrowdDraws found;
         const RlvCrowdBuffers buffers = found.make_room(frame);
+        check(rlv_crowd_get(get(), &buffers));
+        return found;
+    }
+
+    /// Returns the matrices as they are blended by dual quaternions; `frame` is that of the last cut.
+    std::vector<CrowdDualRows> dual_rows(const RlvCrowdFrame &frame) const {
+        std::vector<CrowdDualRows> found(frame.matrix_count);
+        RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+        buffers.dual_rows = reinterpret_cast<float *>(found.data());
+        buffers.matrix_capacity = found.size();
         check(rlv_crowd_get(get(), &buffers));
         return found;
     }
@@ -1796,6 +1823,13 @@ public:
         return made;
     }
 
+    /// As below, with agents out of sight that may throw shadows of suns into the view.
+    RlvDeviceCrowdInfo cut(RlvCrowdView view, const std::vector<RlvCrowdSun> &suns) {
+        view.suns = suns.data();
+        view.sun_count = suns.size();
+        return cut(view);
+    }
+
     RlvDeviceCrowdInfo cut(const RlvCrowdView &view) {
         RlvDeviceCrowdInfo info = RLV_DEVICE_CROWD_INFO_INIT;
         check(rlv_device_crowd_cut(get(), &view, &info));
@@ -1806,6 +1840,16 @@ public:
     CrowdDraws draws(const RlvDeviceCrowdInfo &info) const {
         CrowdDraws found;
         const RlvCrowdBuffers buffers = found.make_room(info);
+        check(rlv_device_crowd_get(get(), &buffers));
+        return found;
+    }
+
+    /// Returns the matrices as they are blended by dual quaternions; `info` is that of the last cut.
+    std::vector<CrowdDualRows> dual_rows(const RlvDeviceCrowdInfo &info) const {
+        std::vector<CrowdDualRows> found(info.matrix_count);
+        RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+        buffers.dual_rows = reinterpret_cast<float *>(found.data());
+        buffers.matrix_capacity = found.size();
         check(rlv_device_crowd_get(get(), &buffers));
         return found;
     }
@@ -3965,6 +4009,12 @@ public:
         JobOf<CrowdModel> made;
         const std::vector<RlvCrowdClipName> names = CrowdModel::names_of(clips);
         check(rlv_job_crowd_refit(model.get(), path.c_str(), names.data(), names.size(), &settings, made.out()));
+        return made;
+    }
+
+    static JobOf<CrowdModel> with_blend(const CrowdModel &model, std::uint32_t blend) {
+        JobOf<CrowdModel> made;
+        check(rlv_job_crowd_model_with_blend(model.get(), blend, made.out()));
         return made;
     }
 

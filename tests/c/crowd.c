@@ -2,6 +2,8 @@
  * agents are placed, moved and cut into draws; and what is refused. */
 #include "check.h"
 
+#include <stddef.h>
+
 enum { RINGS = 41, SIDES = 24, POINTS = RINGS * SIDES, TRIANGLES = 2 * (RINGS - 1) * SIDES, AGENTS = 9 };
 
 static uint32_t cancel(void *user, float fraction, const char *stage) {
@@ -190,6 +192,7 @@ static void check_refits(RlvContext context, RlvCrowdModel model) {
     calls = 1;
     CHECK_FAILS(RLV_ERROR_CANCELLED, rlv_crowd_model_refit(model, "crowd_arm.gltf", NULL, 0, &settings, cancel, &calls, NULL, &untouched), "");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_refit(model, "crowd_other.obj", NULL, 0, NULL, NULL, NULL, NULL, &untouched), "other triangles");
+    CHECK(strstr(rlv_error_last(), "rlv_crowd_model_build") != NULL && strstr(rlv_error_last(), "relievo crowd build") != NULL);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_refit(model, NULL, NULL, 0, NULL, NULL, NULL, NULL, &untouched), "path");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_refit(model, "crowd_arm.gltf", NULL, 0, NULL, NULL, NULL, NULL, NULL), "out");
     report.struct_size = 2;
@@ -266,6 +269,247 @@ static RlvCrowdAgent agent_at(double x, double z) {
     agent.transform[9] = x;
     agent.transform[11] = z;
     return agent;
+}
+
+/* Writes where a vertex goes by the formulas of RlvCrowdBlend. rows has the dual rows of a pose. */
+static void blended(const float *rows, const uint32_t *bones, const float *weights, const double *place, double *out) {
+    double stretch[9] = {0.0}, turn[4] = {0.0}, dual[4] = {0.0}, moved[3] = {0.0}, length = 0.0;
+    int most = 0;
+    for (int at = 1; at < 4; ++at) {
+        most = weights[at] > weights[most] ? at : most;
+    }
+    const float *first = rows + 20 * bones[most] + 12;
+    for (int at = 0; at < 4; ++at) {
+        const float *bone = rows + 20 * bones[at], *own = bone + 12;
+        const double product = own[0] * first[0] + own[1] * first[1] + own[2] * first[2] + own[3] * first[3];
+        for (int k = 0; k < 9; ++k) {
+            stretch[k] += weights[at] * bone[4 * (k / 3) + k % 3];
+        }
+        for (int k = 0; k < 4; ++k) {
+            turn[k] += (product < 0.0 ? -weights[at] : weights[at]) * own[k];
+            dual[k] += (product < 0.0 ? -weights[at] : weights[at]) * bone[16 + k];
+        }
+    }
+    for (int k = 0; k < 4; ++k) {
+        length += turn[k] * turn[k];
+    }
+    for (int k = 0; k < 4; ++k) {
+        turn[k] /= sqrt(length);
+        dual[k] /= sqrt(length);
+    }
+    for (int k = 0; k < 9; ++k) {
+        moved[k / 3] += stretch[k] * place[k % 3];
+    }
+    double side[3], twice[3], shift[3];
+    for (int k = 0; k < 3; ++k) {
+        const int a = (k + 1) % 3, b = (k + 2) % 3;
+        side[k] = turn[a] * moved[b] - turn[b] * moved[a] + turn[3] * moved[k];
+        shift[k] = 2.0 * (turn[3] * dual[k] - dual[3] * turn[k] + turn[a] * dual[b] - turn[b] * dual[a]);
+    }
+    for (int k = 0; k < 3; ++k) {
+        const int a = (k + 1) % 3, b = (k + 2) % 3;
+        twice[k] = 2.0 * (turn[a] * side[b] - turn[b] * side[a]);
+        out[k] = moved[k] + twice[k] + shift[k];
+    }
+}
+
+/* A model whose bones are blended as dual quaternions has larger errors, and a host that poses its vertices by the dual rows
+ * of a frame has them where the library has them. */
+static void check_blends(RlvContext context, RlvCrowdModel model) {
+    const RlvCrowdAgent agent = agent_at(0.0, -8.0);
+    const double time = 5.0 / 6.0;
+    RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT, other = RLV_CROWD_MODEL_INFO_INIT;
+    RlvCrowdVertices vertices = RLV_CROWD_VERTICES_INIT;
+    RlvCrowdView view = RLV_CROWD_VIEW_INIT;
+    RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
+    RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+    RlvCrowdModel dual = RLV_NULL, again = RLV_NULL;
+    RlvCrowd crowd = RLV_NULL;
+    RlvMesh mesh = RLV_NULL, linear = RLV_NULL;
+    RlvJob job = RLV_NULL;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_with_blend(model, 2, &dual), "blend");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_with_blend(model, 1, NULL), "out");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_crowd_model_with_blend(model, 2, &job), "blend");
+    CHECK(dual.id == 0 && job.id == 0);
+    CHECK_OK(rlv_crowd_model_with_blend(model, RLV_CROWD_BLEND_DUAL_QUATERNION, &dual));
+    CHECK_OK(rlv_crowd_model_info(model, &info));
+    CHECK_OK(rlv_crowd_model_info(dual, &other));
+    CHECK(info.blend == RLV_CROWD_BLEND_LINEAR && other.blend == RLV_CROWD_BLEND_DUAL_QUATERNION);
+    CHECK(other.largest_error > info.largest_error && other.triangle_count == info.triangle_count);
+    CHECK_OK(rlv_job_crowd_model_with_blend(model, RLV_CROWD_BLEND_DUAL_QUATERNION, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_crowd_model(job, &again));
+    CHECK_OK(rlv_crowd_model_info(again, &info));
+    CHECK(memcmp(&info, &other, sizeof info) == 0);
+    CHECK_OK(rlv_job_release(job));
+    CHECK_OK(rlv_crowd_model_release(again));
+    /* Errors hold for both ways from then on. A host with an older header gets no blend. */
+    CHECK_OK(rlv_crowd_model_with_blend(dual, RLV_CROWD_BLEND_LINEAR, &again));
+    CHECK_OK(rlv_crowd_model_info(again, &info));
+    CHECK(info.blend == RLV_CROWD_BLEND_LINEAR && info.largest_error == other.largest_error);
+    info.struct_size = offsetof(RlvCrowdModelInfo, blend);
+    info.blend = 77;
+    CHECK_OK(rlv_crowd_model_info(dual, &info));
+    CHECK(info.blend == 77);
+    CHECK_OK(rlv_crowd_model_release(again));
+
+    CHECK_OK(rlv_crowd_create(context, &dual, 1, &crowd));
+    CHECK_OK(rlv_crowd_add(crowd, &agent, 1, 0, NULL));
+    view.width = 320;
+    view.height = 240;
+    view.time = time;
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &frame));
+    CHECK(frame.matrix_count == 2);
+    float rows[2][20], matrices[2][12], *points = malloc(POINTS * 12), *weights = malloc(POINTS * 16);
+    uint32_t *bones = malloc(POINTS * 16), *own = malloc(TRIANGLES * 12), *corners = malloc(TRIANGLES * 12);
+    float *found = malloc(POINTS * 12), *matrix_found = malloc(POINTS * 12);
+    RlvCrowdOffset *offsets = malloc(POINTS * sizeof *offsets);
+    RlvCrowdCluster *clusters = malloc(info.cluster_count * sizeof *clusters);
+    uint32_t *all = malloc(info.triangle_count * 12);
+    CHECK(points && weights && bones && own && corners && found && matrix_found && offsets && clusters && all);
+    buffers.matrices = matrices[0];
+    buffers.dual_rows = rows[0];
+    buffers.matrix_capacity = 1;
+    rows[0][0] = 9.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &buffers), "matrices");
+    buffers.matrices = NULL;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &buffers), "dual_rows");
+    CHECK(rows[0][0] == 9.0f);
+    buffers.matrices = matrices[0];
+    buffers.matrix_capacity = 2;
+    CHECK_OK(rlv_crowd_get(crowd, &buffers));
+    /* The upper bone turns about z, and nothing is stretched. */
+    for (int bone = 0; bone < 2; ++bone) {
+        const double half = 0.5 * atan2(matrices[bone][4], matrices[bone][0]);
+        for (int k = 0; k < 12; ++k) {
+            CHECK_NEAR(rows[bone][k], k % 5 == 0, 1e-6);
+        }
+        CHECK_NEAR(rows[bone][14], sin(half), 1e-6);
+        CHECK_NEAR(rows[bone][15], cos(half), 1e-6);
+    }
+    CHECK(rows[1][14] > 0.5f);
+
+    vertices.capacity = POINTS;
+    vertices.points = points;
+    vertices.bones = bones;
+    vertices.weights = weights;
+    CHECK_OK(rlv_crowd_model_get_vertices(dual, &vertices));
+    CHECK_OK(rlv_crowd_model_get_offsets(dual, offsets, POINTS, 0));
+    CHECK_OK(rlv_crowd_model_get_clusters(dual, clusters, info.cluster_count, 0));
+    CHECK_OK(rlv_crowd_model_get_triangles(dual, all, NULL, info.triangle_count));
+    uint32_t input = 0;
+    for (uint32_t cluster = 0; cluster < info.cluster_count; ++cluster) {
+        if (clusters[cluster].made_by == UINT32_MAX) {
+            memcpy(own + 3 * input, all + 3 * clusters[cluster].first_triangle, 12 * clusters[cluster].triangle_count);
+            input += clusters[cluster].triangle_count;
+        }
+    }
+    CHECK_OK(rlv_crowd_model_mesh(dual, 0.0f, 0, 5, &mesh));
+    CHECK_OK(rlv_crowd_model_mesh(model, 0.0f, 0, 5, &linear));
+    CHECK_OK(rlv_mesh_get_triangles(mesh, corners, TRIANGLES, 0));
+    CHECK_OK(rlv_mesh_get_points(mesh, found, POINTS, 0));
+    CHECK_OK(rlv_mesh_get_points(linear, matrix_found, POINTS, 0));
+    double apart = 0.0;
+    for (uint32_t corner = 0; corner < 3 * TRIANGLES; ++corner) {
+        const uint32_t vertex = own[corner], at = corners[corner];
+        double place[3], moved[3];
+        for (int k = 0; k < 3; ++k) {
+            place[k] = points[3 * vertex + k] + time * offsets[vertex].offset[k];
+        }
+        blended(rows[0], bones + 4 * vertex, weights + 4 * vertex, place, moved);
+        for (int k = 0; k < 3; ++k) {
+            CHECK_NEAR(moved[k], found[3 * at + k], 1e-5);
+            apart = fmax(apart, fabs((double)found[3 * at + k] - matrix_found[3 * at + k]));
+        }
+    }
+    CHECK(apart > 0.01);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_mesh_release(linear));
+    CHECK_OK(rlv_crowd_release(crowd));
+    CHECK_OK(rlv_crowd_model_release(dual));
+    free(points);
+    free(weights);
+    free(bones);
+    free(own);
+    free(corners);
+    free(found);
+    free(matrix_found);
+    free(offsets);
+    free(clusters);
+    free(all);
+}
+
+/* Returns the agents that a view draws, a bit each, of at most 32. */
+static uint32_t drawn_by(RlvCrowd crowd, const RlvCrowdView *view) {
+    RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
+    RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+    RlvCrowdInstance instances[32];
+    uint32_t drawn = 0;
+    CHECK_OK(rlv_crowd_cut(crowd, view, &frame));
+    buffers.instances = instances;
+    buffers.instance_capacity = 32;
+    CHECK_OK(rlv_crowd_get(crowd, &buffers));
+    for (uint32_t at = 0; at < frame.agent_count; ++at) {
+        drawn |= 1u << instances[at].agent;
+    }
+    return drawn;
+}
+
+/* Agents before the camera, on either side of what it sees and behind it. Agents are drawn from which shadows fall into view. */
+static void check_shadows(RlvContext context, RlvCrowdModel model) {
+    const RlvCrowdAgent agents[4] = {agent_at(0.0, -4.0), agent_at(30.0, -4.0), agent_at(-30.0, -4.0), agent_at(0.0, 20.0)};
+    RlvCrowdSun suns[2] = {{{0.0, 0.05, 1.0}, 0.005}, {{3.0, 0.15, 0.0}, 0.005}};
+    RlvCrowdView view = RLV_CROWD_VIEW_INIT;
+    RlvCrowd crowd = RLV_NULL;
+    CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));
+    CHECK_OK(rlv_crowd_add(crowd, agents, 4, 0, NULL));
+    view.width = 320;
+    view.height = 240;
+    view.eye[2] = 4.0;
+    CHECK(drawn_by(crowd, &view) == 1);
+    /* The far sides of the view are beside all agents. */
+    view.suns = suns;
+    view.sun_count = 1;
+    CHECK(drawn_by(crowd, &view) == 15);
+    view.suns = suns + 1;
+    CHECK(drawn_by(crowd, &view) == 3);
+    suns[1].towards[0] = -3.0;
+    CHECK(drawn_by(crowd, &view) == 5);
+    suns[1].towards[2] = -30.0;
+    suns[1].towards[0] = 0.0;
+    CHECK(drawn_by(crowd, &view) == 1);
+    view.suns = suns;
+    view.sun_count = 2;
+    CHECK(drawn_by(crowd, &view) == 15);
+    /* A host with an older header has no suns. */
+    view.struct_size = offsetof(RlvCrowdView, suns);
+    CHECK(drawn_by(crowd, &view) == 1);
+    view.struct_size = sizeof view;
+    view.sun_count = 0;
+    view.around = 18.0;
+    CHECK(drawn_by(crowd, &view) == 9);
+
+    view.occlusion = 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "occlusion");
+    view.around = 0.0;
+    view.sun_count = 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "occlusion");
+    view.occlusion = 0;
+    view.around = -1.0;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "around");
+    view.around = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "around");
+    view.around = 0.0;
+    suns[0].angular_radius = -0.1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "angular radius");
+    suns[0].angular_radius = 0.0;
+    suns[0].towards[1] = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "direction");
+    memset(suns[0].towards, 0, sizeof suns[0].towards);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "direction");
+    view.suns = NULL;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "suns");
+    CHECK_OK(rlv_crowd_release(crowd));
 }
 
 /* An agent with weights of its own is drawn with them, and with more triangles; without them as before. */
@@ -577,6 +821,20 @@ static void check_draws(RlvContext context, RlvCrowdModel model) {
     view.width = 320;
     view.eye[1] = NAN;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "");
+    /* A cut that fails leaves nothing of the one before. */
+    RlvCrowdBuffers empty = RLV_CROWD_BUFFERS_INIT;
+    RlvCrowdImpostors quads = RLV_CROWD_IMPOSTORS_INIT;
+    for (int wrong = 0; wrong < 3; ++wrong) {
+        view.eye[1] = 0.0;
+        CHECK_OK(rlv_crowd_cut(crowd, &view, NULL));
+        CHECK_OK(rlv_crowd_get(crowd, &empty));
+        CHECK_OK(rlv_crowd_get_impostors(crowd, &quads));
+        view.eye[1] = wrong == 0 ? NAN : 0.0;
+        culled.struct_size = wrong == 2 ? 2 : sizeof culled;
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, wrong == 1 ? NULL : &view, &culled), "");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &empty), "failed");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get_impostors(crowd, &quads), "failed");
+    }
     CHECK_OK(rlv_crowd_retain(crowd));
     CHECK_OK(rlv_crowd_release(crowd));
     CHECK_OK(rlv_crowd_release(crowd));
@@ -641,6 +899,8 @@ int main(void) {
     check_refits(context, model);
     check_parts(model);
     check_draws(context, model);
+    check_blends(context, model);
+    check_shadows(context, model);
     check_weights(context, model);
     check_geomorphs(context, model);
     check_impostors(context, model);

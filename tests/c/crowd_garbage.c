@@ -15,6 +15,7 @@ static RlvContext known;
 
 static RlvResult build_model(uint64_t id) { RlvCrowdModel out; return rlv_crowd_model_build((RlvContext){id}, PATH, NULL, 0, NULL, NULL, NULL, &out); }
 static RlvResult refit(uint64_t id) { RlvCrowdModel out; return rlv_crowd_model_refit((RlvCrowdModel){id}, PATH, NULL, 0, NULL, NULL, NULL, NULL, &out); }
+static RlvResult blend_model(uint64_t id) { RlvCrowdModel out; return rlv_crowd_model_with_blend((RlvCrowdModel){id}, RLV_CROWD_BLEND_LINEAR, &out); }
 static RlvResult read_model(uint64_t id) { RlvCrowdModel out; return rlv_crowd_model_read((RlvContext){id}, PATH, &out); }
 static RlvResult write_model(uint64_t id) { return rlv_crowd_model_write((RlvCrowdModel){id}, "crowd_garbage.rcrowd"); }
 static RlvResult read_bytes(uint64_t id) { RlvCrowdModel out; return rlv_crowd_model_read_bytes((RlvContext){id}, (const uint8_t *)"a", 1, &out); }
@@ -46,6 +47,7 @@ static RlvResult impostors_there(uint64_t id) { RlvCrowdImpostors out = RLV_CROW
 static RlvResult vulkan(uint64_t id) { RlvDeviceCrowdVulkan out = RLV_DEVICE_CROWD_VULKAN_INIT; return rlv_device_crowd_vulkan((RlvDeviceCrowd){id}, &out); }
 static RlvResult job_build(uint64_t id) { RlvJob out; return rlv_job_crowd((RlvContext){id}, PATH, NULL, 0, NULL, &out); }
 static RlvResult job_refit(uint64_t id) { RlvJob out; return rlv_job_crowd_refit((RlvCrowdModel){id}, PATH, NULL, 0, NULL, &out); }
+static RlvResult job_blend(uint64_t id) { RlvJob out; return rlv_job_crowd_model_with_blend((RlvCrowdModel){id}, RLV_CROWD_BLEND_LINEAR, &out); }
 static RlvResult job_read(uint64_t id) { RlvJob out; return rlv_job_crowd_model_read((RlvContext){id}, PATH, &out); }
 static RlvResult job_write(uint64_t id) { RlvJob out; return rlv_job_crowd_model_write((RlvCrowdModel){id}, "crowd_garbage.rcrowd", &out); }
 static RlvResult job_model(uint64_t id) { RlvCrowdModel out; return rlv_job_crowd_model((RlvJob){id}, &out); }
@@ -76,7 +78,8 @@ static const struct {
     {get, CROWD},              {impostors, CROWD},          {create_there, CROWD},     {retain_there, ON_DEVICE},
     {release_there, ON_DEVICE}, {cut_there, ON_DEVICE},     {get_there, ON_DEVICE},    {impostors_there, ON_DEVICE},
     {vulkan, ON_DEVICE},       {job_build, CONTEXT},        {job_refit, MODEL},        {job_read, CONTEXT},
-    {job_write, MODEL},        {job_model, JOB},            {job_report, JOB},
+    {job_write, MODEL},        {job_model, JOB},            {job_report, JOB},         {blend_model, MODEL},
+    {job_blend, MODEL},
 };
 
 typedef struct Objects {

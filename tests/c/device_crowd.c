@@ -144,6 +144,46 @@ static void check_occlusion(RlvCrowd crowd, RlvDeviceCrowd device, RlvCrowdView 
     CHECK_OK(rlv_crowd_set(crowd, 0, before, AGENTS + 1, 0));
 }
 
+/* Models whose bones are blended in one way are culled by occlusion, also as dual quaternions, in two ways not. */
+static void check_blends(RlvContext context, RlvCrowdModel model, RlvCrowdView view) {
+    RlvCrowdModel models[2] = {model, RLV_NULL};
+    RlvCrowdAgent agents[2] = {agent_at(0.0, 0.0), agent_at(0.0, -4.0)};
+    RlvDeviceCrowdInfo info = RLV_DEVICE_CROWD_INFO_INIT;
+    RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+    CHECK_OK(rlv_crowd_model_with_blend(model, RLV_CROWD_BLEND_DUAL_QUATERNION, &models[1]));
+    for (int both = 0; both < 2; ++both) {
+        RlvCrowd crowd = RLV_NULL;
+        RlvDeviceCrowd device = RLV_NULL;
+        float rows[2][20] = {{0.0f}};
+        agents[1].model = (uint32_t)both;
+        CHECK_OK(rlv_crowd_create(context, models + 1 - both, 1 + (size_t)both, &crowd));
+        CHECK_OK(rlv_crowd_add(crowd, agents, 2, 0, NULL));
+        CHECK_OK(rlv_device_crowd_create(crowd, &device));
+        view.eye[0] = view.target[0] = 1.2;
+        view.eye[1] = view.target[1] = 1.2;
+        view.eye[2] = 4.0;
+        view.occlusion = 0;
+        CHECK_OK(rlv_device_crowd_cut(device, &view, &info));
+        CHECK(info.agent_count == 2 && info.matrix_count == 1 + (uint32_t)both);
+        /* Models at rest: nothing is stretched or turned. */
+        buffers.dual_rows = rows[0];
+        buffers.matrix_capacity = info.matrix_count;
+        CHECK_OK(rlv_device_crowd_get(device, &buffers));
+        for (uint32_t k = 0; k < 20 * info.matrix_count; ++k) {
+            CHECK(rows[k / 20][k % 20] == (k % 5 == 0));
+        }
+        view.occlusion = 1;
+        if (both) {
+            CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_device_crowd_cut(device, &view, &info), "rlv_crowd_model_with_blend");
+        } else {
+            CHECK_OK(rlv_device_crowd_cut(device, &view, &info));
+        }
+        CHECK_OK(rlv_device_crowd_release(device));
+        CHECK_OK(rlv_crowd_release(crowd));
+    }
+    CHECK_OK(rlv_crowd_model_release(models[1]));
+}
+
 int main(int argc, char **argv) {
     RlvContext context = RLV_NULL, serial = RLV_NULL;
     RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
@@ -205,13 +245,28 @@ int main(int argc, char **argv) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get(device, &buffers), "draws");
     CHECK(on_device.draws[0].index_count == 12345);
     check_occlusion(crowd, device, view);
+    /* With the sun behind the camera there are more agents, the same on both. */
+    const RlvCrowdSun sun = {{0.1, 0.2, 1.0}, 0.01};
+    RlvDeviceCrowdInfo fewer = RLV_DEVICE_CROWD_INFO_INIT, more = RLV_DEVICE_CROWD_INFO_INIT;
+    CHECK_OK(rlv_device_crowd_cut(device, &view, &fewer));
+    view.suns = &sun;
+    view.sun_count = 1;
+    compare(crowd, device, &view);
+    CHECK_OK(rlv_device_crowd_cut(device, &view, &more));
+    CHECK(more.agent_count > fewer.agent_count);
+    view.sun_count = 0;
     view.geomorph = 1;
     view.tolerance = 2.0f;
     compare(crowd, device, &view);
     view.geomorph = 0;
     compare_impostors(crowd, device, view);
+    check_blends(context, model, view);
     view.tolerance = -1.0f;
+    CHECK_OK(rlv_device_crowd_get_impostors(device, &quads));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_cut(device, &view, NULL), "pixels");
+    /* Nothing is left of the cut before. */
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get(device, &buffers), "failed");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get_impostors(device, &quads), "failed");
     view.tolerance = 0.5f;
     RlvDeviceCrowdVulkan vulkan = RLV_DEVICE_CROWD_VULKAN_INIT;
     const RlvResult result = rlv_device_crowd_vulkan(device, &vulkan);

@@ -465,6 +465,10 @@ int main() {
     CHECK(refitted.model.triangles() == model.triangles() && refitted.model.get().id != model.get().id);
     const auto refitting = relievo::Job::refit(model, "wrapper_crowd.obj");
     CHECK(refitting.take().triangles() == model.triangles() && refitting.crowd_refit_report().grown_groups == 0);
+    const auto dual = model.with_blend(RLV_CROWD_BLEND_DUAL_QUATERNION);
+    CHECK(dual.info().blend == RLV_CROWD_BLEND_DUAL_QUATERNION && model.info().blend == RLV_CROWD_BLEND_LINEAR);
+    const auto blending = relievo::Job::with_blend(dual, RLV_CROWD_BLEND_LINEAR);
+    CHECK(blending.take().info().blend == RLV_CROWD_BLEND_LINEAR);
     auto crowd = relievo::Crowd::create(context, {model});
     RlvCrowdAgent agent{};
     agent.transform[0] = agent.transform[4] = agent.transform[8] = 1.0;
@@ -488,6 +492,12 @@ int main() {
         const auto first = all.begin() + model.clusters()[cluster.cluster].first_triangle;
         CHECK(std::equal(first, first + cluster.triangle_count, stream.triangles(cluster).begin()));
     }
+    const auto dual_rows = crowd.dual_rows(crowd_frame);
+    CHECK(dual_rows.size() == 1 && dual_rows[0][0] == 1.0f && dual_rows[0][15] == 1.0f && dual_rows[0][19] == 0.0f);
+    crowd_view.eye[2] = -500.0;
+    crowd_view.target[2] = -1000.0;
+    CHECK(crowd.cut(crowd_view).agent_count == 1 && crowd.cut(crowd_view, {{{0.0, 0.0, 1.0}, 0.01}}).agent_count == 3);
+    crowd_view.eye[2] = 5.0;
     crowd_view.impostors = 1;
     const auto far_frame = crowd.cut(crowd_view);
     const auto quads = crowd.impostors(far_frame);

@@ -38,7 +38,7 @@ MODULES += (repair, rl.shader, stroke, rl.tessellation, level, client)
 # Functions with which modules of the package serve one another, after their public callers have checked what they pass.
 HELPERS = {"arguments", "call", "depths", "draws_of", "image_of", "impostors_of", "moment_of", "number_of", "opened", "options_of"}
 HELPERS |= {"pins_of", "points_of", "ray_arrays", "report_of", "settings_of", "transfer_arguments", "view_of", "text_of", "failure"}
-HELPERS |= {"writing_of"}
+HELPERS |= {"writing_of", "dual_rows_of"}
 # Methods that are not walked: they end the object, or take the name of a function of C.
 ENDS = {"release", "of"}
 # Values that are right in places, and would be simulated or waited for as many seconds, or sought in the network.
@@ -204,7 +204,7 @@ class Misuse(unittest.TestCase):
             "scene": "dam", "description": "frames = 1", "frame": 0, "changes": "", "action": "pause", "method": "hello", "files": {},
             "primitives": [0], "longest_edge": 1.0, "level_sets": [grid], "meaning": "fog", "matrix": numpy.eye(4)[:, :3],
             "voxels": [(0, 0, 0), (1, 1, 1)], "taper": 0.5, "depth": 1.0, "value": "x", "change": "mean", "kind": "float", "label": 1,
-            "grids": [grid], "function": None, "level": 1, "allocate": 16, "free": 16, "attribute": "uv", "text": "", "authority": "none.pem",
+            "grids": [grid], "function": None, "level": 1, "allocate": 16, "free": 16, "attribute": "uv", "text": "", "authority": "none.pem", "blend": "linear",
         }  # fmt: skip
         return objects, right
 

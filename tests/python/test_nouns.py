@@ -1248,6 +1248,23 @@ class Crowds(unittest.TestCase):
         with self.assertRaises(rl.NotFound):
             rl.CrowdStream(self.context, [path.with_name("none.rcrowd")])
 
+    def test_bones_are_blended_as_dual_quaternions(self):
+        model = rl.CrowdModel.build(self.context, self.path, cluster_triangles=40)
+        dual = model.with_blend("dual_quaternion")
+        self.assertEqual((model.info.blend, dual.info.blend), (rl.abi.RlvCrowdBlend.LINEAR, rl.abi.RlvCrowdBlend.DUAL_QUATERNION))
+        # One bone at rest: vertices stay where they are.
+        self.assertAlmostEqual(dual.info.largest_error, model.info.largest_error, delta=1e-4 * model.info.largest_error)
+        self.assertEqual(finished(job.blend_crowd_model(model, "dual_quaternion")).info, dual.info)
+        self.assertEqual(rl.CrowdModel.read_bytes(self.context, dual.write_bytes()).info.blend, 0)
+        crowd = rl.Crowd(self.context, [dual])
+        crowd.add(numpy.eye(4)[None])
+        crowd.cut((400, 400), eye=(0.5, 0.5, 3), target=(0.5, 0.5, 0))
+        numpy.testing.assert_array_equal(crowd.dual_rows(), [[*numpy.eye(3, 4), (0, 0, 0, 1), (0, 0, 0, 0)]])
+        with self.assertRaisesRegex(rl.Invalid, "linear, dual_quaternion"):
+            model.with_blend("cubic")
+        with self.assertRaisesRegex(rl.Invalid, "blend 2"):
+            model.with_blend(2)
+
     def test_agents_are_cut_into_draws(self):
         model = rl.CrowdModel.build(self.context, self.path, cluster_triangles=40)
         crowd = rl.Crowd(self.context, [model])
@@ -1265,6 +1282,18 @@ class Crowds(unittest.TestCase):
         self.assertGreater(culled.occluder_triangles, 0)
         self.assertEqual(culled.agent_count + culled.hidden, 5)
         self.assertEqual(len(crowd.draws()[2]), culled.agent_count)
+        # The sun is behind the camera, as an agent is whose shadow falls into view.
+        lit = crowd.cut((400, 400), eye=(0.5, 0.5, 3), target=(0.5, 0.5, 0), suns=[(0, 0, 1, 0.01)])
+        self.assertEqual(sorted(crowd.draws()[2]["agent"].tolist()), [0, 1, 2, 3, 4, 5])
+        self.assertEqual(crowd.cut((400, 400), eye=(0.5, 0.5, 3), target=(0.5, 0.5, 0), around=8.0).agent_count, lit.agent_count)
+        for suns in ([(0, 0, 1)], [(0, 0, 0, 0.1)], [(0, 0, 1, -0.1)], 3, "high"):
+            with self.assertRaisesRegex(rl.Invalid, "suns"):
+                crowd.cut((400, 400), (0.5, 0.5, 3), (0.5, 0.5, 0), suns=suns)
+        with self.assertRaisesRegex(rl.Invalid, "around"):
+            crowd.cut((400, 400), (0.5, 0.5, 3), (0.5, 0.5, 0), around=-1.0)
+        with self.assertRaisesRegex(rl.Invalid, "failed"):
+            crowd.draws()
+        self.assertEqual(crowd.cut((400, 400), (0.5, 0.5, 3), (0.5, 0.5, 0)).triangles, frame.triangles)
         counts = draws["index_count"].astype(int) // 3 * draws["instance_count"]
         self.assertEqual(int(counts.sum()), frame.triangles)
         known = model.clusters()[clusters[:, 1]]
@@ -1438,6 +1467,7 @@ class Devices(unittest.TestCase):
         self.assertEqual(on_device.cut((200, 200), **place).draw_count, crowd.cut((200, 200), **place).draw_count)
         for one, other in zip(on_device.draws(), crowd.draws(), strict=True):
             numpy.testing.assert_array_equal(one, other)
+        numpy.testing.assert_array_equal(on_device.dual_rows(), crowd.dual_rows())
         far = {"eye": (0, 0, 3000), "target": (0, 0, 0), "impostors": True}
         self.assertEqual(on_device.cut((200, 200), **far).impostor_count, crowd.cut((200, 200), **far).impostor_count)
         for one, other in zip(on_device.impostors(), crowd.impostors(), strict=True):

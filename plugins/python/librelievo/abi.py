@@ -231,6 +231,11 @@ class RlvClientForm(IntEnum):
     LEVEL_SET = 2
 
 
+class RlvCrowdBlend(IntEnum):
+    LINEAR = 0
+    DUAL_QUATERNION = 1
+
+
 class RlvLayerKind(IntEnum):
     DISPLACEMENT = 0
     COLOR = 1
@@ -1666,6 +1671,8 @@ class RlvCrowdModelInfo(Structure):
         ("high", c_float * 3),
         ("morph_count", c_uint32),
         ("offset_count", c_uint32),
+        ("blend", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -1733,6 +1740,13 @@ class RlvCrowdAgent(Structure):
     ]
 
 
+class RlvCrowdSun(Structure):
+    _fields_ = [
+        ("towards", c_double * 3),
+        ("angular_radius", c_double),
+    ]
+
+
 class RlvCrowdView(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1748,6 +1762,9 @@ class RlvCrowdView(Structure):
         ("geomorph", c_uint32),
         ("impostors", c_uint32),
         ("reserved", c_uint32),
+        ("suns", POINTER(RlvCrowdSun)),
+        ("sun_count", c_size_t),
+        ("around", c_double),
     ]
 
 
@@ -1806,6 +1823,7 @@ class RlvCrowdBuffers(Structure):
         ("weight_capacity", c_size_t),
         ("first_weights", c_uint32_p),
         ("blends", c_float_p),
+        ("dual_rows", c_float_p),
     ]
 
 
@@ -3492,13 +3510,13 @@ INIT = {
     RlvColorBufferVulkan: (ctypes.sizeof(RlvColorBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvCrowdBuildSettings: (ctypes.sizeof(RlvCrowdBuildSettings), 0.15, 100, 16, 30.0,),
     RlvCrowdRefitReport: (ctypes.sizeof(RlvCrowdRefitReport), 0, 0.0, 0, 0,),
-    RlvCrowdModelInfo: (ctypes.sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0, 0, (0.0,), (0.0,), 0, 0,),
+    RlvCrowdModelInfo: (ctypes.sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0, 0, (0.0,), (0.0,), 0, 0, 0, 0,),
     RlvCrowdClip: (ctypes.sizeof(RlvCrowdClip), 0, 0.0, (0,),),
     RlvCrowdMaterial: (ctypes.sizeof(RlvCrowdMaterial), (0,),),
     RlvCrowdVertices: (ctypes.sizeof(RlvCrowdVertices), 0, 0, None, None, None, None, None,),
-    RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0, 0, 0, 0, 0,),
+    RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0, 0, 0, 0, 0, None, 0, 0.0,),
     RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
-    RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0, None, 0, None, None,),
+    RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0, None, 0, None, None, None,),
     RlvCrowdImpostors: (ctypes.sizeof(RlvCrowdImpostors), 0, None, 0, 0, None, 0, 0, None, 0,),
     RlvCrowdStreamSettings: (ctypes.sizeof(RlvCrowdStreamSettings), 1024, 67108864,),
     RlvCrowdStreamInfo: (ctypes.sizeof(RlvCrowdStreamInfo), 0, 0, 0, 0, 0, 0, 0, 0,),
@@ -3785,6 +3803,7 @@ FUNCTIONS = {
     "rlv_crowd_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_crowd_model_build": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvCrowdModel))]),
     "rlv_crowd_model_refit": (RlvResult, [("model", RlvCrowdModel), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvCrowdRefitReport)), ("out", POINTER(RlvCrowdModel))]),
+    "rlv_crowd_model_with_blend": (RlvResult, [("model", RlvCrowdModel), ("blend", c_uint32), ("out", POINTER(RlvCrowdModel))]),
     "rlv_crowd_model_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvCrowdModel))]),
     "rlv_crowd_model_write": (RlvResult, [("model", RlvCrowdModel), ("path", c_char_p)]),
     "rlv_crowd_model_read_bytes": (RlvResult, [("context", RlvContext), ("bytes", c_uint8_p), ("size", c_size_t), ("out", POINTER(RlvCrowdModel))]),
@@ -4094,6 +4113,7 @@ FUNCTIONS = {
     "rlv_job_decal_on_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvJob))]),
     "rlv_job_crowd": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("out", POINTER(RlvJob))]),
     "rlv_job_crowd_refit": (RlvResult, [("model", RlvCrowdModel), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("out", POINTER(RlvJob))]),
+    "rlv_job_crowd_model_with_blend": (RlvResult, [("model", RlvCrowdModel), ("blend", c_uint32), ("out", POINTER(RlvJob))]),
     "rlv_job_fluid": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("out", POINTER(RlvJob))]),
     "rlv_job_tissue_build": (RlvResult, [("context", RlvContext), ("description", POINTER(RlvTissueDescription)), ("out", POINTER(RlvJob))]),
     "rlv_job_tissue_advance": (RlvResult, [("simulation", RlvTissueSimulation), ("seconds", c_double), ("out", POINTER(RlvJob))]),

@@ -68,11 +68,16 @@ def agents_of(transforms: Any, clips: int = 0, phases: float = 0.0, models: int 
 
 
 def view_of(size: Sequence[int], eye: Any, target: Any, **given: Any) -> Any:
-    """An `abi.RlvCrowdView` of a picture of `size` (width, height) pixels and its other fields."""
+    """An `abi.RlvCrowdView` of a picture of `size` (width, height) pixels and its other fields; suns are rows of four numbers."""
     switches = {name: flag(given.pop(name), name) for name in ("occlusion", "geomorph", "impostors") if name in given}
     width, height = tupled(size, 2, "size")
     fields = {"width": width, "height": height, "eye": eye, "target": target}
-    return record.fill(abi.RlvCrowdView, fields | switches | given)
+    suns = Reading(list_of(given.pop("suns", ()), "suns") or None, numpy.float64, 4, "suns")
+    made = record.fill(abi.RlvCrowdView, fields | switches | given)
+    if suns.count:
+        # The struct keeps an array of ctypes alive.
+        made.suns, made.sun_count = (abi.RlvCrowdSun * suns.count).from_buffer_copy(suns.array.tobytes()), suns.count
+    return made
 
 
 class CrowdModel(Handle):
@@ -99,6 +104,10 @@ class CrowdModel(Handle):
         with watched(progress) as callback:
             made = self.of("rlv_crowd_model_refit", self.handle, *given, callback, None, ctypes.byref(report))
         return made, record.read(report)
+
+    def with_blend(self, blend: str | int) -> CrowdModel:
+        """Makes a model with the same clusters whose bones are blended in another way; see `abi.RlvCrowdBlend`."""
+        return self.of("rlv_crowd_model_with_blend", self.handle, record.named(abi.RlvCrowdBlend, blend, "blend"))
 
     @classmethod
     def read(cls, context: Context, path: FilePath) -> CrowdModel:
@@ -205,6 +214,15 @@ def draws_of(function: str, handle: Any, counts: Any) -> tuple[Any, ...]:
     return draws, clusters, instances, matrices
 
 
+def dual_rows_of(function: str, handle: Any, counts: Any) -> Array:
+    """Calls a function that copies draws of a cut, which has these counts, and returns them as `Crowd.dual_rows`."""
+    rows = numpy.empty((counts.matrix_count, 5, 4), numpy.float32)
+    buffers = record.fill(abi.RlvCrowdBuffers, {"matrix_capacity": len(rows)})
+    buffers.dual_rows = address(rows)
+    library.call(function, handle, ctypes.byref(buffers))
+    return rows
+
+
 def impostors_of(function: str, handle: Any, counts: Any) -> tuple[Any, ...]:
     """Calls a function that copies impostors of a cut, which has these counts, and returns them as `Crowd.impostors`."""
     side = abi.RLV_CROWD_PICTURE_SIDE
@@ -283,11 +301,15 @@ class Crowd(Handle):
         occlusion: bool = False,
         geomorph: bool = False,
         impostors: bool = False,
+        suns: ArrayLike | Sequence[Any] = (),
+        around: float = 0.0,
     ) -> Any:
         """Finds what a view draws, and returns counts; see `abi.RlvCrowdFrame`. `size` is (width, height) in pixels,
         `tolerance` the error that may be seen, in pixels; `occlusion` leaves out agents that others hide; `geomorph` moves
-        vertices from cut to cut; `impostors` makes agents of a few pixels quads, see `impostors`."""
-        given = {"tolerance": tolerance, "up": up, "fov": fov, "time": time}
+        vertices from cut to cut; `impostors` makes agents of a few pixels quads, see `impostors`. `suns` has a row for each sun
+        whose shadows are drawn, the direction towards it and half its angular diameter in radians: agents out of sight that
+        may throw shadows into the view are found too, and all within `around` of it."""
+        given = {"tolerance": tolerance, "up": up, "fov": fov, "time": time, "suns": suns, "around": around}
         view = view_of(size, eye, target, **given, occlusion=occlusion, geomorph=geomorph, impostors=impostors)
         self._frame = record.empty(abi.RlvCrowdFrame)
         library.call("rlv_crowd_cut", self.handle, ctypes.byref(view), ctypes.byref(self._frame))
@@ -298,6 +320,12 @@ class Crowd(Handle):
         `abi.RlvCrowdInstance`, and of skin matrices (n, 3, 4)."""
         frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
         return draws_of("rlv_crowd_get", self.handle, frame)
+
+    def dual_rows(self) -> Array:
+        """The matrices of the last cut as they are blended by dual quaternions (n, 5, 4): three rows of stretch, a rotation and a
+        dual part; see `abi.RlvCrowdBuffers`."""
+        frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
+        return dual_rows_of("rlv_crowd_get", self.handle, frame)
 
     def impostors(self) -> tuple[Any, ...]:
         """The quads of the last cut: arrays of `abi.RlvCrowdImpostor`, of `abi.RlvCrowdPicture`, and of `abi.RlvCrowdTexel`
@@ -326,6 +354,11 @@ class DeviceCrowd(Handle):
         """What the last cut found, copied back, as `Crowd.draws`; the matrices are those of all poses."""
         info = getattr(self, "_info", None) or record.empty(abi.RlvDeviceCrowdInfo)
         return draws_of("rlv_device_crowd_get", self.handle, info)
+
+    def dual_rows(self) -> Array:
+        """As `Crowd.dual_rows`, of all poses."""
+        info = getattr(self, "_info", None) or record.empty(abi.RlvDeviceCrowdInfo)
+        return dual_rows_of("rlv_device_crowd_get", self.handle, info)
 
     def impostors(self) -> tuple[Any, ...]:
         """The quads of the last cut, as `Crowd.impostors`."""

@@ -257,6 +257,13 @@ def refit_crowd_model(model: Any, path: Any, clips: Any = None, **settings: Any)
     return made
 
 
+def blend_crowd_model(model: Any, blend: Any) -> Any:
+    """Starts `CrowdModel.with_blend`; the result is the model."""
+    number = record.named(abi.RlvCrowdBlend, blend, "blend")
+    fetch = lambda job: CrowdModel.of("rlv_job_crowd_model", held(job, "job"))
+    return _started(fetch, "rlv_job_crowd_model_with_blend", held(model, "model"), number)
+
+
 def advance_tissue(simulation: Any, seconds: Any) -> Any:
     """Starts `TissueSimulation.advance`; there is no result."""
     return _started(lambda job: None, "rlv_job_tissue_advance", held(simulation, "simulation"), seconds)

@@ -183,6 +183,15 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
     assert_eq!(fine["agents"].as_u64(), Some(100));
     assert!(fine["in_view"].as_u64().unwrap() > 20, "{fine}");
     assert!(coarse["triangles"].as_u64() < fine["triangles"].as_u64(), "{fine} {coarse}");
+    // Errors hold for both ways to blend bones, so that dual quaternions need more triangles.
+    let dual = view(&["--square", "100", "--blend", "dual"]);
+    assert!(dual["triangles"].as_u64() > fine["triangles"].as_u64(), "{dual} {fine}");
+    assert_eq!(view(&["--square", "100", "--blend", "linear"]), fine);
+    fails(
+        at,
+        &["crowd", "view", "both.rcrowd", "--square", "9", "--blend", "dual", "--budget", "1"],
+        "cannot be used with",
+    );
     std::fs::write(at.join("agents.txt"), "# x y z heading scale clip phase\n0 0 0 0 1 nod 0.5\n2 0 0 90 1.5 bow 0\n")
         .unwrap();
     let near = ["--agents", "agents.txt", "--eye", "1,1,8", "--target", "1,1,0"];

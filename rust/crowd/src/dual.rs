@@ -4,7 +4,8 @@
 //! one another, so that errors of one do not bound those of the other. The distance that each simplification adds is measured
 //! again in all poses, as a refit does, and the larger error taken. Boxes hold the places of both.
 
-use relievo_core::{Context, Result};
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Progress, Result};
 
 use crate::build::measure::{BLOCK, Gauge, NEGLIGIBLE, numbered};
 use crate::build::{Face, lower, upper};
@@ -52,6 +53,14 @@ impl CrowdModel {
     /// A pose has another number of bones or morph targets than the character, or the triangles of the model are read while it
     /// is drawn.
     pub fn with_blend(&self, context: &Context, blend: Blend) -> Result<Self> {
+        self.with_blend_watched(context, blend, &mut Silent)
+    }
+
+    /// As [`Self::with_blend`], and reports progress.
+    ///
+    /// # Errors
+    /// As [`Self::with_blend`], or `progress` asks to stop.
+    pub fn with_blend_watched(&self, context: &Context, blend: Blend, progress: &mut dyn Progress) -> Result<Self> {
         let mut made = Self { blend, ..self.clone() };
         if blend == self.blend || blend == Blend::Linear {
             return Ok(made);
@@ -64,10 +73,10 @@ impl CrowdModel {
         // Distances are from where they were measured when the hierarchy was built.
         let is_whole = self.whole(&before, &after);
         let first = is_whole.iter().position(|is_whole| *is_whole).unwrap_or_default();
-        let measured = context.map(self.groups.len(), |group| {
+        let measured = context.map_watched(self.groups.len(), progress, ("measure", [0.0, 1.0]), |group| {
             let from = if is_whole[group] { first } else { group };
             poses.measure(&Context::serial(), &self.faces(&before[from]), &self.faces(&after[group]))
-        });
+        })?;
         let margin = ROUNDING * self.size();
         let paths = context.map(self.character.points.len(), |vertex| {
             let [low, high] = poses.path(vertex as u32);
@@ -103,6 +112,7 @@ impl CrowdModel {
             let error = if added > 0.0 { (from + added).next_up() } else { from };
             made.groups[number] = Group { error: group.error.max(sum).max(error), ..group };
         }
+        progress.step(1.0, "measure")?;
         Ok(made)
     }
 }

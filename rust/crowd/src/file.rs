@@ -213,7 +213,9 @@ fn read_head(input: &mut impl Read) -> Result<Counts> {
     let mut head = [0; HEAD];
     input.read_exact(&mut head).map_err(|error| failed(&error))?;
     if &head[..8] != SIGNATURE {
-        return Err(Error::invalid("it is no crowd model").advise("build one by `relievo crowd build`"));
+        return Err(
+            Error::invalid("it is no crowd model").advise("build one: `relievo crowd build`, or rlv_crowd_model_build")
+        );
     }
     let number = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
     let version = number(8);

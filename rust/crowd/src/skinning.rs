@@ -162,7 +162,11 @@ fn rigid(matrix: &BoneMatrix) -> RigidBone {
     let mut turn = if determinant < 0.0 { -linear } else { linear };
     if determinant.abs() > 1e-30 {
         for _ in 0..POLAR_STEPS {
-            turn = (turn + turn.inverse().transpose()) * 0.5;
+            let next = (turn + turn.inverse().transpose()) * 0.5;
+            if next == turn {
+                break;
+            }
+            turn = next;
         }
     } else {
         turn = DMat3::IDENTITY;

@@ -635,6 +635,12 @@ entry! {
         Ok(())
     }
 
+    fn rlv_job_crowd_model_with_blend(model: RlvCrowdModel, blend: u32, out: *mut RlvJob) {
+        let made = |model| Product::Crowd(model, None);
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { launch(out, RLV_JOB_KIND_CROWD_MODEL, made, || crowd::blending(model, blend)) }
+    }
+
     fn rlv_job_fluid(fluid: RlvFluid, seconds: f64, out: *mut RlvJob) {
         present("out", out)?;
         let fluid = registry::get(fluid)?;

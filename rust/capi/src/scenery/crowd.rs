@@ -110,7 +110,7 @@ impl State {
         if self.is_cut {
             return Ok(());
         }
-        Err(Error::invalid("the agents changed since the last cut, or there was none")
+        Err(Error::invalid("the agents changed since the last cut, or it failed, or there was none")
             .advise("call rlv_crowd_cut first"))
     }
 
@@ -219,14 +219,15 @@ entry! {
 
     fn rlv_crowd_cut(crowd: RlvCrowd, view: *const RlvCrowdView, out: *mut RlvCrowdFrame) {
         let object = registry::get(crowd)?;
+        let mut state = try_write(&object.state, "crowd")?;
+        let State { crowd, frame, occlusion, list, shown, is_cut } = &mut *state;
+        // Before anything is refused, so that nobody draws the cut before.
+        *is_cut = false;
         // SAFETY: the caller gives NULL or descriptors that start with their size.
         let Seen { view, eye, pixels, time } = unsafe {
             check_optional(out)?;
             view_of(view)?
         };
-        let mut state = try_write(&object.state, "crowd")?;
-        let State { crowd, frame, occlusion, list, shown, is_cut } = &mut *state;
-        *is_cut = false;
         let context = &object.context.context;
         crowd.cut(context, &view, frame)?;
         let culled = match pixels {
@@ -265,6 +266,6 @@ entry! {
         let state = try_read(&object.state, "crowd")?;
         state.check_cut()?;
         // SAFETY: the caller promises room for the capacities in each array that is not NULL.
-        unsafe { write_list(&given, &state.list) }
+        unsafe { write_list(&object.context.context, &given, &state.list) }
     }
 }

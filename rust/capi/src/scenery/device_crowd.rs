@@ -87,7 +87,9 @@ impl State {
     /// Fails where there was no cut.
     fn counted(&self) -> Result<DeviceCounted> {
         self.counts.ok_or_else(|| {
-            Error::invalid("there was no cut").at("device crowd").advise("call rlv_device_crowd_cut first")
+            Error::invalid("there was no cut, or the last one failed")
+                .at("device crowd")
+                .advise("call rlv_device_crowd_cut first")
         })
     }
 }
@@ -134,14 +136,15 @@ entry! {
 
     fn rlv_device_crowd_cut(crowd: RlvDeviceCrowd, view: *const RlvCrowdView, out: *mut RlvDeviceCrowdInfo) {
         let object = registry::get(crowd)?;
+        let mut state = try_write(&object.state, "device crowd")?;
+        // Before anything is refused, so that nobody draws the cut before.
+        state.counts = None;
         // SAFETY: the caller gives NULL or descriptors that start with their size.
         let Seen { view, eye, pixels, time } = unsafe {
             check_optional(out)?;
             view_of(view)?
         };
         let device = object.device()?;
-        let mut state = try_write(&object.state, "device crowd")?;
-        state.counts = None;
         let context = &object.whole.context().context;
         let State { crowd: on_device, counts, shown, culling } = &mut *state;
         let (counted, culled, [impostor_count, picture_count]) = object.whole.with_crowd(|crowd| {
@@ -195,7 +198,7 @@ entry! {
             first_weights: made.first_weights,
             ..DrawList::default()
         };
-        if !given.matrices.is_null() {
+        if !(given.matrices.is_null() && given.dual_rows.is_null()) {
             list.matrices = read_back(device, state.crowd.matrices())?;
         }
         if !given.weights.is_null() {
@@ -203,7 +206,7 @@ entry! {
             list.weights.truncate(state.crowd.weight_count());
         }
         // SAFETY: the caller promises room for the capacities in each array that is not NULL.
-        unsafe { write_list(&given, &list) }
+        unsafe { write_list(&object.whole.context().context, &given, &list) }
     }
 
     fn rlv_device_crowd_get_impostors(crowd: RlvDeviceCrowd, impostors: *const RlvCrowdImpostors) {

@@ -477,10 +477,12 @@ function!(rlv_color_buffer_vulkan: unsafe extern "C" fn(RlvColorBuffer, *mut Rlv
 function!(rlv_color_buffer_read: unsafe extern "C" fn(RlvColorBuffer, u32, u32, *mut c_void, usize, *mut usize) -> RlvResult);
 layout!(RlvCrowdModel: 8, 8);
 layout!(RlvCrowd: 8, 8);
+constant!(RLV_CROWD_BLEND_LINEAR = 0);
+constant!(RLV_CROWD_BLEND_DUAL_QUATERNION = 1);
 layout!(RlvCrowdBuildSettings: 20, 4);
 layout!(RlvCrowdClipName: 8, 8);
 layout!(RlvCrowdRefitReport: 24, 8);
-layout!(RlvCrowdModelInfo: 96, 8);
+layout!(RlvCrowdModelInfo: 104, 8);
 layout!(RlvCrowdClip: 60, 4);
 layout!(RlvCrowdMaterial: 260, 4);
 layout!(RlvCrowdVertices: 56, 8);
@@ -488,11 +490,12 @@ layout!(RlvCrowdCollapse: 8, 4);
 layout!(RlvCrowdOffset: 20, 4);
 layout!(RlvCrowdCluster: 24, 4);
 layout!(RlvCrowdAgent: 112, 8);
-layout!(RlvCrowdView: 120, 8);
+layout!(RlvCrowdSun: 32, 8);
+layout!(RlvCrowdView: 144, 8);
 layout!(RlvCrowdFrame: 72, 8);
 layout!(RlvCrowdDraw: 20, 4);
 layout!(RlvCrowdInstance: 56, 4);
-layout!(RlvCrowdBuffers: 120, 8);
+layout!(RlvCrowdBuffers: 128, 8);
 constant!(RLV_CROWD_PICTURE_SIDE = 32);
 layout!(RlvCrowdImpostor: 56, 4);
 layout!(RlvCrowdPicture: 64, 8);
@@ -501,6 +504,7 @@ layout!(RlvCrowdImpostors: 72, 8);
 function!(rlv_crowd_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
 function!(rlv_crowd_model_build: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, RlvProgress, *mut c_void, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_refit: unsafe extern "C" fn(RlvCrowdModel, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, RlvProgress, *mut c_void, *mut RlvCrowdRefitReport, *mut RlvCrowdModel) -> RlvResult);
+function!(rlv_crowd_model_with_blend: unsafe extern "C" fn(RlvCrowdModel, u32, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_write: unsafe extern "C" fn(RlvCrowdModel, *const c_char) -> RlvResult);
 function!(rlv_crowd_model_read_bytes: unsafe extern "C" fn(RlvContext, *const u8, usize, *mut RlvCrowdModel) -> RlvResult);
@@ -1043,6 +1047,7 @@ function!(rlv_job_decal_on_mesh: unsafe extern "C" fn(RlvMesh, *const RlvDecalOp
 function!(rlv_job_decal_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, *mut RlvJob) -> RlvResult);
 function!(rlv_job_crowd: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, *mut RlvJob) -> RlvResult);
 function!(rlv_job_crowd_refit: unsafe extern "C" fn(RlvCrowdModel, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, *mut RlvJob) -> RlvResult);
+function!(rlv_job_crowd_model_with_blend: unsafe extern "C" fn(RlvCrowdModel, u32, *mut RlvJob) -> RlvResult);
 function!(rlv_job_fluid: unsafe extern "C" fn(RlvFluid, f64, *mut RlvJob) -> RlvResult);
 function!(rlv_job_tissue_build: unsafe extern "C" fn(RlvContext, *const RlvTissueDescription, *mut RlvJob) -> RlvResult);
 function!(rlv_job_tissue_advance: unsafe extern "C" fn(RlvTissueSimulation, f64, *mut RlvJob) -> RlvResult);
@@ -2022,6 +2027,8 @@ pub fn offsets(list: &mut Offsets) {
         high: [f32; 3] = 76,
         morph_count: u32 = 88,
         offset_count: u32 = 92,
+        blend: u32 = 96,
+        reserved: u32 = 100,
     });
     fields!(list, RlvCrowdClip {
         struct_size: u32 = 0,
@@ -2066,6 +2073,10 @@ pub fn offsets(list: &mut Offsets) {
         phase: f64 = 8,
         transform: [f64; 12] = 16,
     });
+    fields!(list, RlvCrowdSun {
+        towards: [f64; 3] = 0,
+        angular_radius: f64 = 24,
+    });
     fields!(list, RlvCrowdView {
         struct_size: u32 = 0,
         width: u32 = 4,
@@ -2080,6 +2091,9 @@ pub fn offsets(list: &mut Offsets) {
         geomorph: u32 = 108,
         impostors: u32 = 112,
         reserved: u32 = 116,
+        suns: *const RlvCrowdSun = 120,
+        sun_count: usize = 128,
+        around: f64 = 136,
     });
     fields!(list, RlvCrowdFrame {
         struct_size: u32 = 0,
@@ -2126,6 +2140,7 @@ pub fn offsets(list: &mut Offsets) {
         weight_capacity: usize = 96,
         first_weights: *mut u32 = 104,
         blends: *mut f32 = 112,
+        dual_rows: *mut f32 = 120,
     });
     fields!(list, RlvCrowdImpostor {
         agent: u32 = 0,
@@ -4058,6 +4073,8 @@ pub const NAMES: &[&str] = &[
     "RLV_CONTEXT_OPTIONS_INIT",
     "RLV_CREASING_CHAIKIN",
     "RLV_CREASING_UNIFORM",
+    "RLV_CROWD_BLEND_DUAL_QUATERNION",
+    "RLV_CROWD_BLEND_LINEAR",
     "RLV_CROWD_BUFFERS_INIT",
     "RLV_CROWD_BUILD_SETTINGS_INIT",
     "RLV_CROWD_CLIP_INIT",

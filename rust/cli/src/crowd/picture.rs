@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use glam::{DAffine3, DVec3};
 use relievo_core::parameter::Switch;
 use relievo_core::{Error, Result};
-use relievo_crowd::{Blend, Cluster, CrowdModel};
+use relievo_crowd::{Cluster, CrowdModel};
 use relievo_gpu::Device;
 use relievo_render::color::{categories, from_hex};
 use relievo_render::virtual_vertex::{DeviceMesh, Placed, Rasterizer, Shape};
@@ -31,9 +31,6 @@ pub struct Arguments {
     /// What the picture shows.
     #[arg(long, value_enum, default_value = "shaded")]
     show: Show,
-    /// How bones are blended.
-    #[arg(long, value_enum, default_value = "linear")]
-    blend: BlendName,
     /// Rays from the camera per pixel.
     #[arg(long, value_name = "N", default_value_t = 4)]
     samples: u32,
@@ -64,23 +61,6 @@ enum Show {
     Levels,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum BlendName {
-    /// Weighted sums of matrices.
-    Linear,
-    /// Weighted sums of dual quaternions.
-    Dual,
-}
-
-impl From<BlendName> for Blend {
-    fn from(name: BlendName) -> Self {
-        match name {
-            BlendName::Linear => Self::Linear,
-            BlendName::Dual => Self::DualQuaternion,
-        }
-    }
-}
-
 /// Colours of levels from the finest to the coarsest (cividis, which the colour-blind can read).
 pub const LEVELS: [(u32, &str); 7] = [
     (0xffea46, "input"),
@@ -98,7 +78,7 @@ const GROUND: Material = Material { base_color: [0.42, 0.41, 0.39], specular: 0.
 pub const MATERIALS: [u32; 6] = [0xd9a441, 0x5b7b9a, 0x9a5b4f, 0x6f8f5f, 0xc9c2b2, 0x4a4a52];
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let mut scene = arguments.scene.open(arguments.blend.into())?;
+    let mut scene = arguments.scene.open()?;
     let mut view = View::new(scene.camera);
     view.lights = Lights {
         suns: vec![Sun { direction: [-0.5, 0.8, 0.6], irradiance: [2.6, 2.45, 2.2], angular_radius: 0.01 }],

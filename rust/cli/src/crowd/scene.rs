@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use clap::ValueEnum;
 use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 use relievo_crowd::{
@@ -39,6 +40,14 @@ pub struct ViewArguments {
     /// Print JSON for programs.
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum BlendName {
+    /// Weighted sums of matrices.
+    Linear,
+    /// Weighted sums of dual quaternions.
+    Dual,
 }
 
 /// The models, the agents and the camera.
@@ -93,6 +102,9 @@ pub struct SceneArguments {
     /// Pixels of the picture: WIDTHxHEIGHT.
     #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels, default_value = "1280x720")]
     pub size: [u32; 2],
+    /// How bones are blended, by which errors differ.
+    #[arg(long, value_enum, default_value = "linear")]
+    blend: BlendName,
     /// Read clusters from the files while they are drawn, and keep the triangles of all models within so many mebibytes;
     /// left out, whole files are read. What has not been read is drawn coarser.
     #[arg(long, value_name = "MIB", conflicts_with = "impostors")]
@@ -210,9 +222,13 @@ impl Scene {
 }
 
 impl SceneArguments {
-    /// Reads the models, whose bones are blended as `blend` says, and agents.
-    pub fn open(&self, blend: Blend) -> Result<Scene> {
+    /// Reads the models and agents.
+    pub fn open(&self) -> Result<Scene> {
         let context = self.limits.context()?;
+        let blend = match self.blend {
+            BlendName::Linear => Blend::Linear,
+            BlendName::Dual => Blend::DualQuaternion,
+        };
         let Some(budget) = self.budget else {
             let load = |path: &PathBuf| CrowdModel::load(&context, path)?.with_blend(&context, blend).map(Arc::new);
             let models = self.models.iter().map(load).collect::<Result<Vec<_>>>()?;
@@ -348,7 +364,7 @@ impl Shown {
 }
 
 pub fn run(arguments: &ViewArguments) -> Outcome {
-    let mut scene = arguments.scene.open(Blend::Linear)?;
+    let mut scene = arguments.scene.open()?;
     let memory = arguments.scene.limits.memory_limit;
     if let Some(device) = crate::args::device::device(arguments.device, arguments.adapter.as_deref(), memory)? {
         scene.on_device = Some(OnDevice::new(&device, &scene.crowd, arguments.scene.occlusion)?);

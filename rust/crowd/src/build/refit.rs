@@ -139,8 +139,10 @@ impl CrowdModel {
 
     /// Fails unless a character has the triangles of the input, and one place wherever the input has one.
     fn check_same(&self, character: &Character) -> Result<()> {
-        let differs =
-            |what: &str| Err(Error::invalid(what).advise("build the hierarchy anew by `relievo crowd build`"));
+        let differs = |what: &str| {
+            Err(Error::invalid(what)
+                .advise("build the hierarchy anew: `relievo crowd build`, or rlv_crowd_model_build"))
+        };
         let input = self.clusters.iter().zip(0..).filter(|(cluster, _)| cluster.made_by == NONE);
         let mut own: Vec<[u32; 3]> = input.flat_map(|(_, number)| self.triangles(number)).copied().collect();
         let mut other = character.triangles.clone();

@@ -181,7 +181,7 @@ impl DevicePoser {
         let blend = crowd.models().first().map_or(Blend::Linear, |model| model.blend);
         if crowd.models().iter().any(|model| model.blend != blend) {
             return Err(Error::unsupported("the bones of the models are blended in different ways")
-                .advise("blend all alike (`CrowdModel::with_blend`), or draw a crowd for each way"));
+                .advise("blend all alike (`CrowdModel::with_blend`, rlv_crowd_model_with_blend), or make two crowds"));
         }
         use Access::{Read, Write};
         let kernel = |entry| {

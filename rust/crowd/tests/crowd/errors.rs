@@ -1,7 +1,7 @@
 //! Errors hold in every pose of the clips; poses are chosen as the paper does; results do not depend on threads.
 
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions};
+use relievo_core::{Context, ContextOptions, ErrorKind};
 use relievo_crowd::{Blend, BuildSettings, Cluster, CrowdModel, NONE, Pose, Variant, skin};
 use relievo_lod::distance;
 
@@ -101,6 +101,27 @@ fn cuts_are_within_their_error_by_dual_quaternions() {
         println!("{} triangles, {} by dual quaternions", triangles(&model), triangles(&dual));
         assert!(triangles(&dual) < 2 * triangles(&model));
     }
+}
+
+#[test]
+fn blends_report_progress_and_stop() {
+    let (context, model) = (Context::serial(), built(8, 8));
+    let mut fractions = Vec::new();
+    let mut watch = |fraction: f32, stage: &str| {
+        assert_eq!(stage, "measure");
+        fractions.push(fraction);
+        true
+    };
+    let dual = model.with_blend_watched(&context, Blend::DualQuaternion, &mut watch).unwrap();
+    assert_eq!(dual, model.with_blend(&context, Blend::DualQuaternion).unwrap());
+    assert!(fractions.len() > 2 && fractions.is_sorted() && fractions[0] == 0.0 && fractions.last() == Some(&1.0));
+    let mut patience = 2;
+    let mut stop = |_: f32, _: &str| {
+        patience -= 1;
+        patience > 0
+    };
+    let stopped = model.with_blend_watched(&context, Blend::DualQuaternion, &mut stop);
+    assert_eq!(stopped.unwrap_err().kind, ErrorKind::Cancelled);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use gltf::animation::util::ReadOutputs;
 use relievo_core::Context;
 use relievo_core::progress::Silent;
-use relievo_crowd::{Blend, BuildSettings, Character, CrowdModel, Pose, skin};
+use relievo_crowd::{Blend, BuildSettings, Character, CrowdModel, Pose, dual_rows, skin};
 
 use crate::arm::{arm, character};
 
@@ -125,10 +125,10 @@ pub fn evaluated(bytes: &[u8], animation: usize, time: f64) -> Vec<DVec3> {
 
 #[test]
 fn linear_skinning_is_that_of_the_specification() {
-    for (name, clips) in [("girl", 2), ("greenman", 4), ("rigged_figure", 1)] {
+    for (name, clips) in [("girl", 2), ("greenman", 4), ("rigged_figure", 1), ("robot", 4)] {
         let (Some(path), Some(source)) = (relievo_testing::file(&format!("characters/{name}.glb")), character(name))
         else {
-            return;
+            continue;
         };
         let bytes = std::fs::read(path).unwrap();
         for clip in 0..clips {
@@ -154,6 +154,25 @@ fn linear_skinning_is_that_of_the_specification() {
 fn turned(angle: f32, scale: f32) -> [[f32; 4]; 3] {
     let (sin, cos) = angle.sin_cos();
     [[scale * cos, 0.0, scale * sin, 0.0], [0.0, scale, 0.0, 0.5], [-scale * sin, 0.0, scale * cos, 0.0]]
+}
+
+#[test]
+fn dual_rows_are_the_map_of_their_bone() {
+    let sheared = [[1.5, 0.2, -0.3, 4.0], [0.1, 0.7, 0.4, -2.0], [0.0, -0.6, 1.1, 0.5]];
+    let mirrored = [[-1.0, 0.0, 0.0, 1.0], [0.0, 0.8, -0.6, 0.0], [0.0, 0.6, 0.8, 2.0]];
+    for bone in [turned(0.0, 1.0), turned(2.4, 1.5), turned(-3.1, 0.01), sheared, mirrored] {
+        let rows = dual_rows(&bone).map(|row| row.map(f64::from));
+        let [real, dual] = [rows[3], rows[4]].map(DQuat::from_array);
+        assert!((real.length() - 1.0).abs() < 1e-6 && real.dot(dual).abs() < 1e-6);
+        for place in [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z] {
+            let stretched = DVec3::from_array(std::array::from_fn(|row| place.extend(0.0).dot(DVec4::from(rows[row]))));
+            let moved = real * stretched + 2.0 * (dual * real.conjugate()).xyz();
+            let expected = std::array::from_fn(|row| place.extend(1.0).dot(DVec4::from(bone[row].map(f64::from))));
+            assert!(moved.distance(DVec3::from_array(expected)) < 1e-5, "{bone:?}: {moved}");
+        }
+        // The stretch is symmetric, and so no part of it turns.
+        assert!((rows[0][1] - rows[1][0]).abs() < 1e-6 && (rows[1][2] - rows[2][1]).abs() < 1e-6);
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Draws of crowds as arrays of hosts; see `include/relievo/crowd.h`.
 
-use relievo_core::Result;
-use relievo_crowd::{Draw, DrawList, Instance};
+use relievo_core::{Context, Result};
+use relievo_crowd::{Draw, DrawList, Instance, dual_rows};
 
 use super::fill;
 use crate::border::array::{Output, Plain};
@@ -25,7 +25,7 @@ descriptor! {
 }
 
 descriptor! {
-    pub struct RlvCrowdBuffers {
+    pub struct RlvCrowdBuffers before dual_rows {
         struct_size: u32,
         reserved: u32,
         draws: *mut RlvCrowdDraw,
@@ -42,6 +42,7 @@ descriptor! {
         weight_capacity: usize,
         first_weights: *mut u32,
         blends: *mut f32,
+        dual_rows: *mut f32,
     }
 }
 
@@ -56,13 +57,16 @@ unsafe impl Plain for RlvCrowdDraw {}
 // SAFETY: integers and floats of four bytes without padding.
 unsafe impl Plain for RlvCrowdInstance {}
 
+// SAFETY: floats without padding.
+unsafe impl Plain for [[f32; 4]; 5] {}
+
 /// Writes a list of draws to the arrays of C.
 ///
 /// # Safety
 /// There is room for the capacities in each array that is not NULL.
-pub(crate) unsafe fn write_list(given: &RlvCrowdBuffers, list: &DrawList) -> Result<()> {
+pub(crate) unsafe fn write_list(context: &Context, given: &RlvCrowdBuffers, list: &DrawList) -> Result<()> {
     // SAFETY: the caller promises room for the capacities in each array that is not NULL.
-    let (draws, clusters, instances, matrices, weights, first_weights, blends) = unsafe {
+    let (draws, clusters, instances, matrices, weights, first_weights, blends, duals) = unsafe {
         (
             Output::optional("draws", given.draws, given.draw_capacity, given.draw_stride)?,
             Output::<[u32; 2]>::optional("clusters", given.clusters.cast(), given.draw_capacity, 0)?,
@@ -76,6 +80,7 @@ pub(crate) unsafe fn write_list(given: &RlvCrowdBuffers, list: &DrawList) -> Res
             Output::optional("weights", given.weights, given.weight_capacity, 0)?,
             Output::optional("first_weights", given.first_weights, given.instance_capacity, 0)?,
             Output::optional("blends", given.blends, given.draw_capacity, 0)?,
+            Output::<[[f32; 4]; 5]>::optional("dual_rows", given.dual_rows.cast(), given.matrix_capacity, 0)?,
         )
     };
     // Nothing is written unless there is room for all.
@@ -86,13 +91,19 @@ pub(crate) unsafe fn write_list(given: &RlvCrowdBuffers, list: &DrawList) -> Res
     weights.map(|out| out.holds("weights", list.weights.len())).transpose()?;
     first_weights.map(|out| out.holds("first_weights", list.first_weights.len())).transpose()?;
     blends.map(|out| out.holds("blends", list.blends.len())).transpose()?;
+    duals.map(|out| out.holds("dual_rows", list.matrices.len())).transpose()?;
     fill(draws, "draws", Some(list.draws.iter().map(draw_of)))?;
     fill(clusters, "clusters", Some(list.clusters.iter().copied()))?;
     fill(instances, "instances", Some(list.instances.iter().map(instance_of)))?;
     fill(matrices, "matrices", Some(list.matrices.iter().map(|rows| flat(*rows))))?;
     fill(weights, "weights", Some(list.weights.iter().copied()))?;
     fill(first_weights, "first_weights", Some(list.first_weights.iter().copied()))?;
-    fill(blends, "blends", Some(list.blends.iter().copied()))
+    fill(blends, "blends", Some(list.blends.iter().copied()))?;
+    if duals.is_some() {
+        let rows = context.map(list.matrices.len(), |at| dual_rows(&list.matrices[at]));
+        fill(duals, "dual_rows", Some(rows.into_iter()))?;
+    }
+    Ok(())
 }
 
 fn draw_of(draw: &Draw) -> RlvCrowdDraw {

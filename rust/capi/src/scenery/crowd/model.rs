@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
-use relievo_crowd::{CrowdModel, NONE};
+use relievo_crowd::{Blend, CrowdModel, NONE};
 
 use super::fill;
 use crate::border::array::{Output, Plain, fixed, present, put, text};
-use crate::border::descriptor::{read_descriptor, write_descriptor};
+use crate::border::descriptor::{numbered, read_descriptor, write_descriptor};
 use crate::border::making::Making;
 use crate::border::registry::{self, handle};
 use crate::runtime::bytes::{self, RlvBytes};
@@ -18,8 +18,17 @@ use crate::surfaces::mesh::{self, RlvMesh};
 
 handle!(RlvCrowdModel, 32, CrowdModelObject);
 
+constants! {
+    u32:
+    RLV_CROWD_BLEND_LINEAR = 0,
+    RLV_CROWD_BLEND_DUAL_QUATERNION = 1,
+}
+
+/// Ways to blend bones in the order of their numbers.
+const BLENDS: [(Blend, &str); 2] = [(Blend::Linear, "linear"), (Blend::DualQuaternion, "dual")];
+
 descriptor! {
-    pub struct RlvCrowdModelInfo {
+    pub struct RlvCrowdModelInfo before blend {
         struct_size: u32,
         vertex_count: u32,
         triangle_count: u32,
@@ -38,6 +47,8 @@ descriptor! {
         high: [f32; 3],
         morph_count: u32,
         offset_count: u32,
+        blend: u32,
+        reserved: u32,
     }
 }
 
@@ -154,6 +165,11 @@ fn info_of(model: &CrowdModel) -> RlvCrowdModelInfo {
         high: model.high,
         morph_count: character.morphs.count,
         offset_count: character.morphs.offsets.len() as u32,
+        blend: match model.blend {
+            Blend::Linear => RLV_CROWD_BLEND_LINEAR,
+            Blend::DualQuaternion => RLV_CROWD_BLEND_DUAL_QUATERNION,
+        },
+        reserved: 0,
     }
 }
 
@@ -206,7 +222,28 @@ pub unsafe fn writing(model: RlvCrowdModel, path: *const c_char) -> Result<Makin
     }))
 }
 
+/// Reads how the bones of a crowd model are to be blended.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or there is no such way. What the work refuses, it returns: `Cancelled`.
+pub fn blending(model: RlvCrowdModel, blend: u32) -> Result<Making<RlvCrowdModel>> {
+    let object = registry::get(model)?;
+    let blend = numbered("blend", &BLENDS, blend)?;
+    Ok(Making::new(object.context.clone(), move |progress| {
+        let made = object.model.with_blend_watched(&object.context.context, blend, progress)?;
+        register(object.context.clone(), made)
+    }))
+}
+
 entry! {
+    fn rlv_crowd_model_with_blend(model: RlvCrowdModel, blend: u32, out: *mut RlvCrowdModel) {
+        present("out", out)?;
+        let handle = blending(model, blend)?.now()?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
     fn rlv_crowd_model_read(context: RlvContext, path: *const c_char, out: *mut RlvCrowdModel) {
         present("out", out)?;
         // SAFETY: the caller gives NULL or a NUL-terminated text.

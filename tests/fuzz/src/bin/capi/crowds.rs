@@ -148,17 +148,20 @@ fn make(bytes: &mut Unstructured, handles: &mut Handles, context: RlvContext, mo
     let (mut out, mut job) = (RlvCrowdModel { id: UNTOUCHED }, RlvJob { id: UNTOUCHED });
     // SAFETY: descriptors are sized, texts end, there are two names, and the user pointer is what the callback takes it for.
     unsafe {
-        let result = match bytes.int_in_range(0..=5_u8)? {
+        let blend = bytes.int_in_range(0..=2)?;
+        let result = match bytes.int_in_range(0..=7_u8)? {
             0 => rlv_crowd_model_build(context, path, clips, clip_count, &settings, Some(wait), user, &mut out),
             1 => {
                 let report: *mut RlvCrowdRefitReport = if bytes.ratio(1, 4)? { null_mut() } else { &mut report };
                 rlv_crowd_model_refit(model, path, clips, clip_count, &settings, Some(wait), user, report, &mut out)
             }
             2 => rlv_crowd_model_read(context, nowhere, &mut out),
+            6 => rlv_crowd_model_with_blend(model, blend, &mut out),
             at => {
                 let result = match at {
                     3 => rlv_job_crowd(context, path, clips, clip_count, &settings, &mut job),
                     4 => rlv_job_crowd_refit(model, path, clips, clip_count, &settings, &mut job),
+                    5 => rlv_job_crowd_model_with_blend(model, blend, &mut job),
                     _ => rlv_job_crowd_model_write(model, nowhere, &mut job),
                 };
                 made(result, job.id, &mut handles.jobs);
@@ -269,7 +272,12 @@ pub fn crowds(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             called(rlv_crowd_set_weights(crowd, at, own, given));
         }
     }
-    let view = view(bytes)?;
+    let mut view = view(bytes)?;
+    let suns = [sun(bytes)?, sun(bytes)?];
+    if bytes.ratio(1, 4)? {
+        (view.suns, view.sun_count) = (suns.as_ptr(), count(bytes, 2)?);
+        view.around = if bytes.ratio(1, 4)? { f64::from(number(bytes)?) } else { 0.0 };
+    }
     let (mut frame, mut info): (RlvCrowdFrame, RlvDeviceCrowdInfo) = (sized(bytes)?, sized(bytes)?);
     // SAFETY: descriptors are sized.
     let [is_cut, is_cut_there] = unsafe {
@@ -295,6 +303,15 @@ fn agent(bytes: &mut Unstructured) -> Result<RlvCrowdAgent> {
         made.transform[11] = -1000.0 * f64::from(number(bytes)?.abs());
     }
     Ok(made)
+}
+
+/// A sun, mostly of some direction.
+fn sun(bytes: &mut Unstructured) -> Result<RlvCrowdSun> {
+    let mut sun = RlvCrowdSun { towards: place(bytes)?, angular_radius: 0.01 };
+    if bytes.ratio(1, 8)? {
+        sun.angular_radius = f64::from(number(bytes)?);
+    }
+    Ok(sun)
 }
 
 /// A view, mostly of what stands at the origin.
@@ -337,6 +354,8 @@ fn take(
     (buffers.matrices, buffers.matrix_capacity) = (matrices.as_mut_ptr(), count(bytes, matrix_count)?);
     (buffers.weights, buffers.weight_capacity) = (weights.as_mut_ptr(), count(bytes, weight_count)?);
     buffers.first_weights = firsts.as_mut_ptr();
+    let mut dual_rows = vec![0.0_f32; 20 * matrix_count];
+    buffers.dual_rows = if bytes.ratio(1, 4)? { dual_rows.as_mut_ptr() } else { null_mut() };
     let mut quads = vec![RlvCrowdImpostor::default(); quad_count];
     let mut pictures = vec![RlvCrowdPicture::default(); picture_count];
     let mut texels = vec![RlvCrowdTexel::default(); picture_count * TEXELS];
