@@ -204,8 +204,7 @@ const BY_HAND: &[&str] = &[
     "render/src/virtual_vertex/pipelines.rs",
     "render/src/virtual_vertex/placed.rs",
     "render/src/virtual_vertex/view.rs",
-    "surface/src/device.rs",
-    // A type of the crate's interface with functions of its own; compared in `surface/src/device.rs`.
+    // A type of the crate's interface with functions of its own, which compares the layouts.
     "surface/src/place.rs",
     "tiles/src/device.rs",
     "tiles/src/device/ring.rs",
