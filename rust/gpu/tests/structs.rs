@@ -206,9 +206,6 @@ const BY_HAND: &[&str] = &[
     "render/src/virtual_vertex/view.rs",
     // A type of the crate's interface with functions of its own, which compares the layouts.
     "surface/src/place.rs",
-    "tiles/src/device.rs",
-    "tiles/src/device/ring.rs",
-    "tiles/src/layers/fade.rs",
     "tissue/src/simulation/device.rs",
 ];
 
