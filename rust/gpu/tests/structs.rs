@@ -206,7 +206,6 @@ const BY_HAND: &[&str] = &[
     "render/src/virtual_vertex/view.rs",
     // A type of the crate's interface with functions of its own, which compares the layouts.
     "surface/src/place.rs",
-    "tissue/src/simulation/device.rs",
 ];
 
 /// A struct in Rust is a twin if it has the same fields, by name and in order; `padding` apart.
