@@ -186,12 +186,6 @@ const BY_HAND: &[&str] = &[
     "detail/src/device/paint/intersect.rs",
     "detail/src/device/paint/memory.rs",
     "detail/src/device/paint/still.rs",
-    "render/src/foam/device.rs",
-    "render/src/foam/device/look.rs",
-    "render/src/virtual_vertex/coat.rs",
-    "render/src/virtual_vertex/pipelines.rs",
-    "render/src/virtual_vertex/placed.rs",
-    "render/src/virtual_vertex/view.rs",
     // A type of the crate's interface with functions of its own, which compares the layouts.
     "surface/src/place.rs",
 ];
