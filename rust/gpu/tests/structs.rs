@@ -179,7 +179,6 @@ fn layouts_are_those_of_the_compiler() {
 const BY_HAND: &[&str] = &[
     "crowd/src/device/occlusion.rs",
     "crowd/src/device/pose.rs",
-    "crowd/src/device/rows.rs",
     "detail/src/device/imprint/cull.rs",
     "detail/src/device/imprint/link.rs",
     "detail/src/device/imprint/rim.rs",

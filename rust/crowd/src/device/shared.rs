@@ -3,18 +3,19 @@
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::crowd_agents::Model;
+use relievo_gpu::wgsl::crowd_cut::Call;
 use relievo_gpu::{Access, Buffer, Device, Kernel, KernelSpec};
 
 use super::MOST_PLANES;
 use super::own::OwnRows;
-use super::rows::{Call, ModelRow};
 use crate::crowd::Crowd;
 use crate::draws::{starts, too_large};
 
 /// Hierarchies, poses of all clips, the view, and the kernels.
 #[derive(Debug)]
 pub(super) struct Shared {
-    pub models: Buffer<ModelRow>,
+    pub models: Buffer<Model>,
     pub clusters: Buffer<[u32; 4]>,
     pub groups: Buffer<[f32; 8]>,
     pub ladders: Buffer<u32>,
@@ -36,7 +37,7 @@ impl Shared {
         let mut buckets = 0;
         for ((number, model), [first_index, base_vertex]) in (0u32..).zip(crowd.models()).zip(starts(crowd)?) {
             let ladder = crowd.ladder(number).ok_or_else(|| Error::internal("a model without a ladder"))?;
-            models.push(ModelRow {
+            models.push(Model {
                 first_step: errors.len() as u32,
                 steps: ladder.len() as u32,
                 first_bucket: buckets,
