@@ -179,12 +179,6 @@ fn layouts_are_those_of_the_compiler() {
 const BY_HAND: &[&str] = &[
     "crowd/src/device/occlusion.rs",
     "crowd/src/device/pose.rs",
-    "detail/src/device/imprint/cull.rs",
-    "detail/src/device/imprint/link.rs",
-    "detail/src/device/imprint/rim.rs",
-    "detail/src/device/paint/intersect.rs",
-    "detail/src/device/paint/memory.rs",
-    "detail/src/device/paint/still.rs",
     // A type of the crate's interface with functions of its own, which compares the layouts.
     "surface/src/place.rs",
 ];
