@@ -38,11 +38,20 @@ pub struct Modules(pub Vec<Module>);
 impl Modules {
     /// Returns the module and struct that `name` is in module `from`: one of its own, or of what it imports.
     pub fn find<'m>(&'m self, from: &'m Module, name: &str) -> Option<(&'m Module, &'m Struct)> {
-        let own = from.structs.iter().find(|it| it.name == name).map(|it| (from, it));
-        own.or_else(|| {
-            let imported = from.imports.iter().filter_map(|name| self.0.iter().find(|it| it.name == *name));
-            imported.into_iter().find_map(|module| self.find(module, name))
-        })
+        let mut modules = vec![from];
+        let mut at = 0;
+        while let Some(module) = modules.get(at).copied() {
+            if let Some(found) = module.structs.iter().find(|it| it.name == name) {
+                return Some((module, found));
+            }
+            for imported in module.imports.iter().filter_map(|name| self.0.iter().find(|it| it.name == *name)) {
+                if modules.iter().all(|it| it.name != imported.name) {
+                    modules.push(imported);
+                }
+            }
+            at += 1;
+        }
+        None
     }
 
     /// Returns the structs of which host and shader share values, with their modules, in the order of both: those that

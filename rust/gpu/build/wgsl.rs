@@ -87,7 +87,7 @@ impl Module {
                 let name =
                     name.ok_or_else(|| module.fault(at, "a struct has its name and `{` on one line"))?.to_owned();
                 open = Some(Struct { comment, name, line: at, fields: Vec::new() });
-            } else if let Some(rest) = code.strip_prefix("const ") {
+            } else if let Some(rest) = code.strip_prefix("const ").filter(|_| line.starts_with("const")) {
                 module.constants.extend(constant(rest));
             } else if let Some(of) = variable(code) {
                 module.variables.push((at, of.to_owned()));
@@ -120,10 +120,11 @@ impl Module {
             while let Some(attribute) = rest.strip_prefix('@') {
                 let (name, more) = attribute.split_once('(').unwrap_or((attribute, ""));
                 let (value, more) = more.split_once(')').unwrap_or(("", ""));
+                let value = self.number(value);
                 match name {
-                    "size" => size = self.number(value),
-                    "align" => align = self.number(value),
-                    _ => return Err(self.fault(*at, &format!("hosts share no fields with `@{name}`"))),
+                    "size" if value.is_some() => size = value,
+                    "align" if value.is_some() => align = value,
+                    _ => return Err(self.fault(*at, &format!("hosts share no fields with `@{attribute}`"))),
                 }
                 rest = more.trim_start();
             }
@@ -152,7 +153,10 @@ impl Module {
             ("mat", &[columns, rows], Some("f32")) => Ok(Type::Matrix(columns, rows)),
             ("array", [], _) => {
                 let cut = inner.rfind(',').filter(|comma| !inner[*comma..].contains('>'));
-                let count = cut.map(|comma| self.number(&inner[comma + 1..]).ok_or_else(|| fault("how long is it?")));
+                let count = cut.map(|comma| {
+                    self.number(&inner[comma + 1..])
+                        .ok_or_else(|| fault("its length is a number or a constant of this file"))
+                });
                 let of = self.type_of(at, &inner[..cut.unwrap_or(inner.len())])?;
                 Ok(Type::Array(Box::new(of), count.transpose()?))
             }

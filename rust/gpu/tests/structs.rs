@@ -144,8 +144,14 @@ fn what_hosts_cannot_share_is_named_with_its_place() {
     };
     assert_eq!(fault("    there: bool,"), "shaders/it.wgsl:2: `bool`: hosts cannot share this type");
     assert_eq!(fault("    a: u32,\n    b: vec2<f16>,"), "shaders/it.wgsl:3: `vec2<f16>`: hosts cannot share this type");
-    assert_eq!(fault("    a: array<u32, MANY>,"), "shaders/it.wgsl:2: `array<u32, MANY>`: how long is it?");
-    assert_eq!(fault("    @location(0) a: u32,"), "shaders/it.wgsl:2: hosts share no fields with `@location`");
+    assert_eq!(
+        fault("    a: array<u32, MANY>,"),
+        "shaders/it.wgsl:2: `array<u32, MANY>`: its length is a number or a constant of this file"
+    );
+    assert_eq!(
+        fault("    @location(0) a: u32,"),
+        "shaders/it.wgsl:2: hosts share no fields with `@location(0) a: u32`"
+    );
     assert_eq!(fault("    a: Other,"), "shaders/it.wgsl: no struct `Other` in this module and its imports");
     let open = wgsl::Module::read("it", "it.wgsl", "\nstruct S {\n    a: u32,\n").expect_err("a fault");
     assert_eq!(open, "shaders/it.wgsl:2: a struct ends with a line `}`");

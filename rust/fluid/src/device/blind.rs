@@ -82,7 +82,7 @@ pub(super) fn find(
     Ok(classes.get(device)?.into_iter().map(class).collect())
 }
 
-/// Returns what kernels are told of a function and a threshold.
+/// Returns the parameters of kernels for a function and a threshold.
 fn call_of(function: SurfaceFunction, threshold: Option<f32>) -> Result<SurfaceCall> {
     function.check()?;
     if matches!(function, SurfaceFunction::Anisotropic { .. }) {
