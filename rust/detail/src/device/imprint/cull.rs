@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::wgsl::imprint_tile::CullTile;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP, Surface};
@@ -54,7 +55,7 @@ impl DeviceCull {
     pub fn new(device: &Device, surface: &Surface, ground: Ground<'_>) -> Result<Self> {
         use Access::{Read, Write};
         let kernel = |module, entry, groups: &[&[Access]]| {
-            let immediates = size_of::<[u32; 2]>() as u32;
+            let immediates = size_of::<Step>() as u32;
             device.kernel(&KernelSpec { module, entry, groups, immediates, constants: &[] })
         };
         let of_patches: [&[Access]; 3] = [&MEETING, &SURFACE_GROUP, &[Read, Read, Write, Write, Read]];

@@ -8,6 +8,7 @@
 use std::sync::Arc;
 
 use relievo_core::{Context, Error, Result};
+use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::wgsl::imprint_rim::{Rim, RimTold};
 use relievo_gpu::{
     Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, groups as groups_of, wgpu,
@@ -118,7 +119,7 @@ impl RimKernels {
         (module, constants): (&'static str, &[(&str, f64)]),
         triangles: bool,
     ) -> Result<Self> {
-        let immediates = size_of::<[u32; 2]>() as u32;
+        let immediates = size_of::<Step>() as u32;
         let kernel =
             |module, entry, constants| device.kernel(&KernelSpec { module, entry, groups, immediates, constants });
         Ok(Self([
@@ -282,7 +283,7 @@ impl DeviceRims {
         bend: bool,
     ) -> Result<Self> {
         let own = [&RIM_OWN[..], &[Access::Read]].concat();
-        let immediates = size_of::<[u32; 2]>() as u32;
+        let immediates = size_of::<Step>() as u32;
         let gather = |constants: &[(&str, f64)]| {
             let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &MOVED_GROUP, &RIM_GROUP];
             device.kernel(&KernelSpec { module: "imprint_rim_gather", entry: "gather", groups, immediates, constants })

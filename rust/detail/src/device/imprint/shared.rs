@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use relievo_core::{Error, Result};
-use relievo_gpu::wgsl::imprint_link::Told;
+use relievo_gpu::wgsl::imprint_link::{Step, Told};
 use relievo_gpu::{Buffer, Device, Frame, Readback};
 
 use super::link::{MOST_LINKS, Words};
@@ -90,8 +90,8 @@ impl Shared {
 }
 
 /// The immediate data of a dispatch over `links`.
-pub(super) fn step(links: Range<usize>) -> [u32; 2] {
-    [links.start as u32, links.len() as u32]
+pub(super) fn step(links: Range<usize>) -> Step {
+    Step { link: links.start as u32, count: links.len() as u32 }
 }
 
 /// How many blocks changed in all imprints and how many tiles were worked on, and the counters of each imprint, from

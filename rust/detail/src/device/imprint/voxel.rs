@@ -7,6 +7,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
 
 use super::batches::Batch;
@@ -78,7 +79,7 @@ impl Work {
     ) -> Result<Self> {
         let (accesses, buffers): (Vec<_>, Vec<_>) = bound.iter().copied().unzip();
         let groups: &[&[Access]] = &[&accesses];
-        let immediates = size_of::<[u32; 2]>() as u32;
+        let immediates = size_of::<Step>() as u32;
         let kernel = device.kernel(&KernelSpec { module, entry, groups, immediates, constants: &[] })?;
         let buffers = device.bind(&kernel, 0, &buffers)?;
         Ok(Self { kernel, buffers })
