@@ -29,11 +29,17 @@ struct Group {
     high: vec3<f32>,
 }
 
+/// An agent in view.
 struct Instance {
+    /// The agent.
     agent: u32,
+    /// The first of the matrices of its pose in those of all poses.
     first_matrix: u32,
+    /// The first of the weights of its morph targets in those of all poses.
     first_weight: u32,
+    /// The model.
     model: u32,
+    /// From the model to the world, by rows.
     transform: array<vec4<f32>, 3>,
 }
 

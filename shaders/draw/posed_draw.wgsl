@@ -3,11 +3,15 @@
 // import affine
 // Triangles of clusters that `crowd_pose.wgsl` has posed, placed in the world by their instances.
 
-struct Posed {
+/// A vertex that kernels have posed.
+struct PosedVertex {
+    /// Position in the space of the model.
     p: vec3<f32>,
+    /// The normal on an octahedron, in two numbers of 16 bits.
     normal: u32,
+    /// Which of the false colours, or INSTANCE_TAG.
     tag: u32,
-    /// Which corner of its triangles it is where lines are drawn, otherwise 3.
+    /// Where wireframes have lines, the number of this corner in its triangles, 0 to 2; elsewhere 3.
     corner: u32,
 }
 
@@ -19,7 +23,7 @@ struct Instance {
     transform: array<vec4<f32>, 3>,
 }
 
-@group(1) @binding(0) var<storage, read> posed: array<Posed>;
+@group(1) @binding(0) var<storage, read> posed: array<PosedVertex>;
 @group(1) @binding(1) var<storage, read> instances: array<Instance>;
 
 /// The false colour that is that of the number of the instance.

@@ -7,12 +7,15 @@ struct Call {
     side: u32,
 }
 
-/// A square in the space of a model.
-struct Picture {
+/// A square in the space of a model, on which a picture lies.
+struct QuadPicture {
+    /// Its middle.
     center: vec3<f32>,
     /// Half a side.
     radius: f32,
+    /// The direction to the right, of length 1.
     right: vec3<f32>,
+    /// The direction upwards, of length 1.
     up: vec3<f32>,
 }
 
@@ -27,7 +30,7 @@ struct Instance {
 /// The picture and the instance of each quad.
 @group(1) @binding(0) var<storage, read> quads: array<vec2<u32>>;
 @group(1) @binding(1) var<storage, read> instances: array<Instance>;
-@group(1) @binding(2) var<storage, read> pictures: array<Picture>;
+@group(1) @binding(2) var<storage, read> pictures: array<QuadPicture>;
 /// The normal, zero where a picture has nothing, and the bits of the false colour; row after row from the lowest.
 @group(1) @binding(3) var<storage, read> texels: array<vec4<f32>>;
 var<immediate> call: Call;

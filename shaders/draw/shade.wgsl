@@ -1,7 +1,7 @@
 // What all draws share: the camera, the lights, the object that is drawn, and the light of its pixels as of the ray
 // caster: Lambert's diffuse part, a GGX lobe, shadow maps of suns, and the mean of the sky over the hemisphere.
 
-struct Sun {
+struct SunBlock {
     /// Towards it, of unit length.
     direction: vec3<f32>,
     /// Width of a texel of its shadow map in the world's units; 0 if it throws no shadows.
@@ -11,7 +11,7 @@ struct Sun {
     shadow: mat4x4<f32>,
 }
 
-struct View {
+struct ViewBlock {
     forward: vec3<f32>,
     /// How much of the reflectance of lines is theirs: 1 where a wireframe is drawn.
     lines: f32,
@@ -25,10 +25,10 @@ struct View {
     palette: array<vec4<f32>, 16>,
     /// What an open surface gets of the sky, by the cosine of its inclination from −1 to 1.
     sky: array<vec4<f32>, 65>,
-    suns: array<Sun, 4>,
+    suns: array<SunBlock, 4>,
 }
 
-struct Object {
+struct ObjectBlock {
     /// From the object's space to the picture, or to a shadow map.
     clip: mat4x4<f32>,
     /// To the directions of the world, about the camera.
@@ -48,8 +48,8 @@ struct Object {
 
 /// A storage buffer because lavapipe compiles shaders anew, and keeps them all, whenever a uniform that decides about a
 /// branch may have changed.
-@group(0) @binding(0) var<storage, read> view: View;
-@group(0) @binding(1) var<uniform> object: Object;
+@group(0) @binding(0) var<storage, read> view: ViewBlock;
+@group(0) @binding(1) var<uniform> object: ObjectBlock;
 @group(0) @binding(2) var shadow_maps: texture_depth_2d_array;
 @group(0) @binding(3) var shadow_sampler: sampler_comparison;
 

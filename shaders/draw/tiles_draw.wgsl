@@ -16,7 +16,7 @@ struct TilesCall {
     blank: vec3<f32>,
     /// The first of its tiles.
     first: u32,
-    tint: Tint,
+    tint: TintBlock,
 }
 
 /// Where the places on the edges of a tile are evaluated, 16 a tile: by halves of edges, 2 an edge, then corners and

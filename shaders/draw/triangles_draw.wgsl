@@ -12,7 +12,7 @@ override VECTORS: u32 = 0u;
 override TRACES: u32 = 0u;
 
 struct TrianglesCall {
-    tint: Tint,
+    tint: TintBlock,
     /// The first of its parts.
     first: u32,
 }

@@ -16,7 +16,7 @@ const BORDER: u32 = 0x40000000u;
 /// Above a corner: the vertex after it in its triangle is one beside its own vertex; shifted by 1, the one before it.
 const AFTER: u32 = 0x40000000u;
 
-struct Split {
+struct SplitBlock {
     /// The deviation, rounded up to 16 bits, above the depth; 0 where there is no split.
     key: u32,
     /// The vertex that is split.

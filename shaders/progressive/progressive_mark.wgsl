@@ -2,17 +2,17 @@
 // import progressive_bits
 // Which vertices of a progressive mesh are there: those of the base, and those of the splits above a key.
 
-struct Cut {
+struct CutCall {
     key: u32,
     /// Of the splits at the key those of a greater number are made.
     split: u32,
     vertices: u32,
 }
 
-@group(0) @binding(0) var<storage, read> splits: array<Split>;
+@group(0) @binding(0) var<storage, read> splits: array<SplitBlock>;
 @group(1) @binding(0) var<storage, read_write> there: array<u32>;
 @group(1) @binding(1) var<storage, read_write> ranks: array<u32>;
-var<immediate> cut: Cut;
+var<immediate> cut: CutCall;
 
 @compute @workgroup_size(GROUP)
 fn mark(

@@ -4,7 +4,7 @@
 // that of the next one, so that corners in the order of leaves are by vertices in every mesh: those of triangles that are
 // shown are listed without gaps.
 
-struct Sizes {
+struct RingCall {
     triangles: u32,
 }
 
@@ -24,7 +24,7 @@ struct Sizes {
 /// As `progressive_directions.wgsl` has them.
 @group(1) @binding(8) var<storage, read_write> ends: array<vec2<u32>>;
 @group(1) @binding(9) var<storage, read_write> ring: array<u32>;
-var<immediate> sizes: Sizes;
+var<immediate> sizes: RingCall;
 
 fn is_shown(triangle: u32) -> bool {
     return (shown[triangle / 32u] >> (triangle % 32u) & 1u) == 1u;

@@ -10,7 +10,7 @@ struct Depths {
     count: u32,
 }
 
-@group(0) @binding(0) var<storage, read> splits: array<Split>;
+@group(0) @binding(0) var<storage, read> splits: array<SplitBlock>;
 /// Splits by depth, the greatest first, and where those of a depth begin.
 @group(2) @binding(0) var<storage, read> order: array<u32>;
 @group(2) @binding(1) var<storage, read> depths: array<u32>;

@@ -3,7 +3,7 @@
 // import octahedron
 // Which vertices of a progressive mesh a view wants, and what those stand on.
 
-struct View {
+struct ViewCall {
     eye: vec3<f32>,
     /// Pixels of what has the length of its distance.
     pixels: f32,
@@ -16,12 +16,12 @@ struct View {
     planes: array<vec4<f32>, 6>,
 }
 
-@group(0) @binding(0) var<storage, read> splits: array<Split>;
+@group(0) @binding(0) var<storage, read> splits: array<SplitBlock>;
 @group(0) @binding(1) var<storage, read> inner: array<vec4<u32>>;
 /// How far what a split makes is from its vertex.
 @group(0) @binding(2) var<storage, read> extents: array<f32>;
 @group(1) @binding(0) var<storage, read_write> there: array<u32>;
-var<immediate> view: View;
+var<immediate> view: ViewCall;
 
 /// The cosine between normal and view within which a vertex may be at an outline.
 const OUTLINE: f32 = 0.25;

@@ -3,7 +3,7 @@
 // What the triangles of a mesh that is marked have of attributes: wedges, by the first of their leaves, without gaps, and
 // numbers of triangles. Values are copied, so they are the processor's to the bit.
 
-struct Sizes {
+struct WedgesCall {
     vertices: u32,
     triangles: u32,
     wedges: u32,
@@ -12,7 +12,7 @@ struct Sizes {
     face_width: u32,
 }
 
-@group(0) @binding(0) var<storage, read> splits: array<Split>;
+@group(0) @binding(0) var<storage, read> splits: array<SplitBlock>;
 /// Of every wedge the split of a vertex that its split is part of; `ALWAYS` of wedges of the base, and a number of no split
 /// where that is not there.
 @group(0) @binding(1) var<storage, read> owners: array<u32>;
@@ -33,7 +33,7 @@ struct Sizes {
 @group(1) @binding(8) var<storage, read_write> face_values: array<u32>;
 /// As `progressive_write.wgsl` has them.
 @group(1) @binding(9) var<storage, read_write> arguments: array<u32>;
-var<immediate> sizes: Sizes;
+var<immediate> sizes: WedgesCall;
 
 /// The number of wedges up to a leaf.
 fn wedge_rank(leaf: u32) -> u32 {

@@ -3,14 +3,14 @@
 // import octahedron
 // The vertices and triangles of a mesh that is marked, without gaps, in buffers that are drawn.
 
-struct Sizes {
+struct SizesCall {
     vertices: u32,
     triangles: u32,
     /// 1 if vertices may be elsewhere than they were built.
     is_edited: u32,
 }
 
-@group(0) @binding(0) var<storage, read> splits: array<Split>;
+@group(0) @binding(0) var<storage, read> splits: array<SplitBlock>;
 /// Of what is split and of leaves, by number: the point, and the normal on an octahedron.
 @group(0) @binding(1) var<storage, read> inner: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> leaves: array<vec4<u32>>;
@@ -26,7 +26,7 @@ struct Sizes {
 @group(1) @binding(5) var<storage, read_write> indices: array<u32>;
 /// The arguments of an indirect draw, and the number of vertices.
 @group(1) @binding(6) var<storage, read_write> arguments: array<u32>;
-var<immediate> sizes: Sizes;
+var<immediate> sizes: SizesCall;
 
 fn is_there(vertex: u32) -> bool {
     return (there[vertex / 32u] >> (vertex % 32u) & 1u) == 1u;

@@ -3,6 +3,7 @@
 // every block. No invocation waits for another workgroup, as the decoupled look-back does: nothing promises that the
 // other one runs (Merrill, Garland 2016, Section 4.4, name the guarantee they need).
 
+// How many items there are: the host's number, or an element of a buffer, of which at most so many count.
 struct Length {
     // Number of items, if `indirect` is 0. Else the index of that number in `lengths`, plus 1.
     count: u32,

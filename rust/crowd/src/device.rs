@@ -16,15 +16,16 @@ mod shared;
 mod work;
 
 use relievo_core::{Context, Error, Result};
+use relievo_gpu::wgsl::crowd_cut::Call;
+pub use relievo_gpu::wgsl::crowd_cut::Instance as DeviceInstance;
 use relievo_gpu::{Buffer, Device, Frame, GROUP, groups};
 
 pub use self::draws::DeviceDraws;
 pub use self::occlusion::{DeviceOcclusion, DeviceUnhidden};
 pub use self::pose::{DevicePosed, DevicePoser, Look};
 pub use self::quads::DeviceQuads;
-pub use self::rows::DeviceInstance;
 
-use self::rows::{AgentRow, Call, GEOMORPH, HIDDEN, IMPOSTORS, SEEN};
+use self::rows::{GEOMORPH, HIDDEN, IMPOSTORS, SEEN, agent_row};
 use self::shared::Shared;
 use self::work::{WORDS, Work};
 use crate::crowd::Crowd;
@@ -135,7 +136,7 @@ impl DeviceCrowd {
             let own = &self.shared.own.agents;
             let rows = context.map(count, |at| {
                 let own = own.get(&(at as u32)).map(|own| (own.first_limit, own.moved));
-                AgentRow::new(&reaches[at], crowd.agents()[at].model, own)
+                agent_row(&reaches[at], crowd.agents()[at].model, own)
             });
             self.work.agents.write(device, 0, &rows)?;
             self.work.sent = Some(changes);

@@ -15,6 +15,6 @@ pub(crate) use imprint::triangle_press::TrianglePress;
 pub(crate) use imprint::{Batch, Imprinted, Standing};
 pub(crate) use paint::channels::{DeviceColor, edits_of, smudges_of};
 pub(crate) use paint::dabs::{OnDevice, on_device, reports_of};
-pub(crate) use paint::events::{DeviceValue, Edit, Returned};
+pub(crate) use paint::events::{DeviceValue, Returned, keep_rounded};
 pub(crate) use paint::triangle_brush::{TriangleBrush, TriangleStage};
 pub(crate) use state::DeviceObject;

@@ -12,11 +12,12 @@ mod passes;
 pub use blind::classify_on;
 use glam::{DVec3, Vec4, Vec4Swizzles};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::fluid::FluidCall;
+use relievo_gpu::wgsl::fluid_press::Report;
 use relievo_gpu::{Device, PassTime};
 
-use self::forces::ForceRow;
 use self::obstacles::Obstacles;
-use self::passes::{FluidCall, Passes, Report};
+use self::passes::Passes;
 use crate::boundary::wall::Wall;
 use crate::solver::constants::Constants;
 use crate::solver::pace::{Pace, within};
@@ -149,7 +150,7 @@ impl DeviceFluid {
             return Ok(StepStatistics { seconds, ..StepStatistics::default() });
         }
         self.times.clear();
-        let forces = self.forces.iter().map(|force| ForceRow::new(force, self.state.seconds));
+        let forces = self.forces.iter().map(|force| forces::row(force, self.state.seconds));
         self.passes.work.forces.write(&self.device, 0, &forces.collect::<Vec<_>>())?;
         let mut call = self.call(seconds);
         let mut report = self.begin(&mut call)?;
@@ -307,7 +308,7 @@ impl DeviceFluid {
         let Constants { kernels, mass, density, wall, diagonal, viscosity, friction, cohesion, .. } = self.constants;
         let FluidOptions { gravity, excess, corrections, .. } = self.options;
         FluidCall {
-            gravity,
+            gravity: gravity.to_array(),
             support: kernels.support,
             kernel: kernels.density,
             spiky: kernels.spiky,

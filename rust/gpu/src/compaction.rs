@@ -5,23 +5,14 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 
 use crate::scan::{BLOCK, capacity_of};
+use crate::wgsl::compaction::Classes;
 use crate::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups};
 
 /// Classes at most.
 pub const MAX_CLASSES: usize = 4;
-
-/// As in the kernels.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Classes {
-    count: u32,
-    classes: u32,
-    stride: u32,
-}
 
 /// Lists of the items of up to four classes.
 #[derive(Debug)]

@@ -17,6 +17,7 @@ pub mod module;
 mod pass_time;
 mod scan;
 mod sort;
+pub mod wgsl;
 
 #[cfg(not(feature = "wgpu"))]
 mod absent;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 
+use crate::wgsl::scan::Length;
 use crate::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups};
 
 /// Items of a block, as in the kernels.
@@ -16,14 +16,6 @@ pub(crate) fn capacity_of(items: usize) -> Result<u32> {
         Ok(items) if items <= 1 << 31 => Ok(items),
         _ => Err(Error::unsupported(format!("{items} items are too many for kernels, which count up to 2³¹"))),
     }
-}
-
-/// How many items there are: told by the host, or by an element of a buffer, of which at most so many count.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Length {
-    count: u32,
-    indirect: u32,
 }
 
 /// Prefix sums over a buffer.

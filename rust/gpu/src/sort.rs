@@ -2,23 +2,14 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 
 use crate::scan::{BLOCK, Scan, capacity_of};
+use crate::wgsl::sort::Digit;
 use crate::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups, wgpu};
 
 /// Bits of a pass over the keys.
 const BITS: u32 = 4;
-
-/// As in the kernels.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Digit {
-    count: u32,
-    shift: u32,
-    blocks: u32,
-}
 
 /// A sort of the keys and values of two buffers, in place.
 #[derive(Debug)]

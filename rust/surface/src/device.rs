@@ -6,8 +6,9 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::surface::SurfacePatch;
+use relievo_gpu::wgsl::surface_pose::{Pose, Source};
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups, wgpu};
 use relievo_opensubdiv::PatchKind;
 
@@ -17,36 +18,6 @@ use crate::{Order, Place, Surface};
 
 /// What kernels that import `surface` have as their group 1.
 pub const SURFACE_GROUP: [Access; 4] = [Access::Read; 4];
-
-/// As in `surface.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct DevicePatch {
-    low: [f32; 2],
-    size: [f32; 2],
-    first: u32,
-    form: u32,
-}
-
-/// As in `surface_pose.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Source {
-    points: u32,
-    first: u32,
-    flags: u32,
-    across: u32,
-}
-
-/// As in `surface_pose.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Pose {
-    cage: u32,
-    points: u32,
-    patches: u32,
-    scale: f32,
-}
 
 /// Bits behind the point of coordinates and weights on the device.
 const BITS: i32 = 30;
@@ -66,7 +37,7 @@ pub struct DeviceSurface {
 /// What the kernels read.
 #[derive(Debug)]
 struct Kept {
-    patches: Buffer<DevicePatch>,
+    patches: Buffer<SurfacePatch>,
     leaves: Buffer<[u32; 2]>,
     tiles: Buffer<[u32; 2]>,
     data: Buffer<f32>,
@@ -94,7 +65,7 @@ impl DeviceSurface {
     pub fn new(device: &Device, surface: &Surface) -> Result<Self> {
         let layout = &*surface.layout;
         let table = &layout.table;
-        let flat = layout.patches.iter().map(|patch| DevicePatch {
+        let flat = layout.patches.iter().map(|patch| SurfacePatch {
             low: patch.low,
             size: patch.size,
             first: patch.first,
@@ -291,35 +262,6 @@ fn stencils(surface: &Surface) -> Result<(Vec<u32>, Vec<[u32; 2]>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_kernels() {
-        let patch = [
-            ("low", offset_of!(DevicePatch, low)),
-            ("size", offset_of!(DevicePatch, size)),
-            ("first", offset_of!(DevicePatch, first)),
-            ("form", offset_of!(DevicePatch, form)),
-        ];
-        assert_layout("surface", "SurfacePatch", size_of::<DevicePatch>(), &patch);
-        let source = [
-            ("points", offset_of!(Source, points)),
-            ("first", offset_of!(Source, first)),
-            ("flags", offset_of!(Source, flags)),
-            ("across", offset_of!(Source, across)),
-        ];
-        assert_layout("surface_pose", "Source", size_of::<Source>(), &source);
-        let pose = [
-            ("cage", offset_of!(Pose, cage)),
-            ("points", offset_of!(Pose, points)),
-            ("patches", offset_of!(Pose, patches)),
-            ("scale", offset_of!(Pose, scale)),
-        ];
-        assert_layout("surface_pose", "Pose", size_of::<Pose>(), &pose);
-        let place = [("tile", offset_of!(Place, tile)), ("u", offset_of!(Place, u)), ("v", offset_of!(Place, v))];
-        assert_layout("surface_evaluate", "Place", size_of::<Place>(), &place);
-    }
 
     #[test]
     fn coordinates_fit_their_bits() {

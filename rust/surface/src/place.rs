@@ -1,6 +1,10 @@
 //! Places of a surface: a tile and parameters in it. Corners and edges of a tile are numbered as in
 //! [`crate::TileTopology`].
 
+use std::mem::offset_of;
+
+use relievo_gpu::wgsl::surface::Place as OnDevice;
+
 /// A point of a surface: a tile and parameters in 0 to 1.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -12,6 +16,14 @@ pub struct Place {
     /// Second parameter, 0 to 1.
     pub v: f32,
 }
+
+// A twin by hand, for the functions below.
+const _: () = assert!(
+    size_of::<Place>() == size_of::<OnDevice>()
+        && offset_of!(Place, tile) == offset_of!(OnDevice, tile)
+        && offset_of!(Place, u) == offset_of!(OnDevice, u)
+        && offset_of!(Place, v) == offset_of!(OnDevice, v)
+);
 
 impl Place {
     /// The place at `(u, v)` of `tile`.

@@ -1,9 +1,8 @@
-//! Cages for tests and benches, random ones and models beside the checkout; the graphics device of tests; layouts that
-//! are shared with WGSL. Nothing that is shipped uses this crate.
+//! Cages for tests and benches, random ones and models beside the checkout; the graphics device of tests. Nothing that is
+//! shipped uses this crate.
 
 mod device;
 mod grid;
-pub mod wgsl;
 
 use std::path::PathBuf;
 

@@ -9,9 +9,9 @@ pub(crate) mod ring;
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use half::f16;
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::tiles::TileEntry;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, groups, wgpu};
 use relievo_surface::{DeviceSurface, Place, SURFACE_GROUP};
 
@@ -22,14 +22,6 @@ use crate::texel::Texel;
 
 /// What kernels that import `tiles` have as their group 2.
 pub const TILES_GROUP: [Access; 2] = [Access::Read; 2];
-
-/// As in `tiles.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-struct TileEntry {
-    first: u32,
-    size: u32,
-}
 
 /// The first word of a tile without a block.
 const NONE: u32 = u32::MAX;
@@ -336,18 +328,5 @@ impl DeviceTiles {
         let count = count.min(evaluation.places as u32);
         let bound = [&evaluation.buffers, surface.group(), &self.group];
         pass.run(&self.kernel, &bound, bytemuck::bytes_of(&count), groups(count.div_ceil(GROUP)))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_kernels() {
-        let entry = [("first", offset_of!(TileEntry, first)), ("size", offset_of!(TileEntry, size))];
-        assert_layout("tiles", "TileEntry", size_of::<TileEntry>(), &entry);
     }
 }

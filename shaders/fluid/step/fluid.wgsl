@@ -8,7 +8,7 @@ const CELLS: u32 = 1u << (3u * BITS);
 /// Wendland's kernels for density and pressure; the other set is that of Müller, Charypar and Gross.
 const WENDLAND: u32 = 0u;
 
-struct Fluid {
+struct FluidCall {
     /// m/s²
     gravity: vec3<f32>,
     /// m
@@ -51,7 +51,7 @@ struct Fluid {
     spacing: f32,
 }
 
-var<immediate> fluid: Fluid;
+var<immediate> fluid: FluidCall;
 
 /// The lowest bits of a number with two zeros after each.
 fn spread(number: u32) -> u32 {

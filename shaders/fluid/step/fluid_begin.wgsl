@@ -8,7 +8,7 @@
 @group(0) @binding(4) var<storage, read> wall_velocities: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> lists: array<u32>;
 @group(0) @binding(6) var<storage, read> ends: array<vec2<u32>>;
-@group(0) @binding(7) var<storage, read> forces: array<Force>;
+@group(0) @binding(7) var<storage, read> forces: array<ForceRow>;
 /// Accelerations with densities.
 @group(1) @binding(0) var<storage, read_write> accelerations: array<vec4<f32>>;
 /// By which a density follows the particle's pressure, and what a pressure of 1 adds to the virial over the volume.

@@ -10,7 +10,7 @@ const ATTRACTOR: u32 = 4u;
 /// The share of a velocity that a drag takes away in a second, at most.
 const FASTEST: f32 = 100.0;
 
-struct Force {
+struct ForceRow {
     /// An acceleration in m/s², a velocity in m/s, or a place in m.
     place: vec3<f32>,
     /// The last number is turbulence's.
@@ -28,7 +28,7 @@ struct Force {
 }
 
 /// The acceleration of a particle, in m/s².
-fn acceleration_by(force: Force, place: vec3<f32>, velocity: vec3<f32>) -> vec3<f32> {
+fn acceleration_by(force: ForceRow, place: vec3<f32>, velocity: vec3<f32>) -> vec3<f32> {
     switch force.kind {
         case GRAVITY: {
             return force.place;

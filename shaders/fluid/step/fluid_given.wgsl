@@ -8,7 +8,7 @@
 @group(0) @binding(4) var<storage, read> lists: array<u32>;
 @group(0) @binding(5) var<storage, read> ends: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read> predicted: array<vec4<f32>>;
-@group(0) @binding(7) var<storage, read> forces: array<Force>;
+@group(0) @binding(7) var<storage, read> forces: array<ForceRow>;
 /// Velocities after a collider was met, with 1, and by how much they have changed.
 @group(0) @binding(8) var<storage, read> held: array<vec4<f32>>;
 @group(0) @binding(9) var<storage, read> changes: array<vec4<f32>>;

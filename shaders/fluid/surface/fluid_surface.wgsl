@@ -11,7 +11,7 @@ const GAUSSIAN: u32 = 0u;
 const CUBIC: u32 = 1u;
 const SPLINE: u32 = 2u;
 
-struct Surface {
+struct SurfaceCall {
     /// The lowest brick of the box, and bricks along its axes.
     low: vec3<i32>,
     particles: u32,
@@ -40,7 +40,7 @@ struct Surface {
     reach: i32,
 }
 
-var<immediate> surface: Surface;
+var<immediate> surface: SurfaceCall;
 
 fn brick_of(place: vec3<f32>) -> vec3<i32> {
     return vec3<i32>(floor(place / surface.support));

@@ -2,7 +2,7 @@
 // Normals and tangents among attributes: where a vertex has moved they go by the map of those around it, as `Directions` of
 // rust/lod has them.
 
-struct Sizes {
+struct DirectionsCall {
     vertices: u32,
     /// Numbers of a wedge, and where among them a normal and a tangent begin; `NOTHING` if there is none.
     width: u32,
@@ -23,7 +23,7 @@ struct Sizes {
 @group(1) @binding(7) var<storage, read_write> ends: array<vec2<u32>>;
 /// Corners of vertices, with `AFTER`.
 @group(1) @binding(8) var<storage, read_write> ring: array<u32>;
-var<immediate> sizes: Sizes;
+var<immediate> sizes: DirectionsCall;
 
 /// In place of a number: there is none.
 const NOTHING: u32 = 0xffffffffu;

@@ -4,7 +4,7 @@
 // Handles that move and turn regions, and anchors that hold them (Derzapf, Grund, Guthe 2014, Section 4), at the vertices
 // that are there.
 
-struct Region {
+struct RegionBlock {
     center: vec3<f32>,
     radius: f32,
     /// Of length 1.
@@ -14,7 +14,7 @@ struct Region {
     falloff: u32,
 }
 
-struct Call {
+struct EditCall {
     vertices: u32,
     handles: u32,
     anchors: u32,
@@ -28,12 +28,12 @@ struct Reached {
 
 @group(3) @binding(0) var<storage, read_write> reached: Reached;
 /// Handles, then anchors.
-@group(3) @binding(1) var<storage, read> regions: array<Region>;
+@group(3) @binding(1) var<storage, read> regions: array<RegionBlock>;
 /// As `progressive_record.wgsl` has them.
 @group(3) @binding(2) var<storage, read_write> touched: array<u32>;
-var<immediate> work: Call;
+var<immediate> work: EditCall;
 
-fn influence(region: Region, point: vec3<f32>) -> f32 {
+fn influence(region: RegionBlock, point: vec3<f32>) -> f32 {
     let r = distance(point, region.center) / region.radius;
     return select(0.0, falloff_share(region.falloff, r * r), r <= 1.0);
 }

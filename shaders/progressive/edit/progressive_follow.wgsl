@@ -5,7 +5,7 @@
 // `Surroundings` of rust/lod.
 
 /// Depths of splits, one a dispatch.
-struct Call {
+struct FollowCall {
     first: u32,
     count: u32,
     /// How far a vertex has moved at least.
@@ -15,7 +15,7 @@ struct Call {
 }
 
 @group(0) @binding(3) var<storage, read> order: array<u32>;
-var<immediate> work: Call;
+var<immediate> work: FollowCall;
 
 const RIGID: f32 = 5e-2;
 const LEAST_TURN: f32 = 1e-4;

@@ -3,7 +3,7 @@
 // Where the vertices of an edited progressive mesh are, at every level. A vertex is told by its node: twice the number of
 // the split it comes from, and 1 if it is the second of that.
 
-@group(0) @binding(0) var<storage, read> splits: array<Split>;
+@group(0) @binding(0) var<storage, read> splits: array<SplitBlock>;
 @group(0) @binding(1) var<storage, read> inner: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> leaves: array<vec4<u32>>;
 @group(1) @binding(0) var<storage, read_write> there: array<u32>;

@@ -9,11 +9,11 @@
 @group(1) @binding(0) var<storage, read_write> numbers: array<u32>;
 @group(1) @binding(1) var<storage, read_write> values: array<Place>;
 /// How many words of places there are, or how many places were replaced.
-struct Call {
+struct RecordCall {
     words: u32,
     count: u32,
 }
-var<immediate> work: Call;
+var<immediate> work: RecordCall;
 
 /// The place or note of a number.
 fn value_of(number: u32) -> Place {

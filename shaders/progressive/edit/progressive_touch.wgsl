@@ -4,18 +4,18 @@
 // Splits of one depth do not touch each other, so that depth by depth, from the least, each is looked at once.
 
 /// Splits of a depth.
-struct Depth {
+struct DepthCall {
     first: u32,
     count: u32,
 }
 
-@group(0) @binding(0) var<storage, read> splits: array<Split>;
+@group(0) @binding(0) var<storage, read> splits: array<SplitBlock>;
 /// Splits by depth.
 @group(2) @binding(0) var<storage, read> order: array<u32>;
 @group(1) @binding(0) var<storage, read_write> there: array<u32>;
 /// As `progressive_record.wgsl` has them.
 @group(1) @binding(1) var<storage, read_write> touched: array<atomic<u32>>;
-var<immediate> work: Depth;
+var<immediate> work: DepthCall;
 
 fn is_touched(node: u32) -> bool {
     return (atomicLoad(&touched[node / 32u]) >> (node % 32u) & 1u) == 1u;

@@ -106,8 +106,14 @@ impl DeviceQuads {
     /// Sends a picture.
     fn send(&mut self, crowd: &Crowd, impostor: &Impostor) -> Result<()> {
         let place = self.places.len();
-        let [right, up, _] = impostor.axes.map(|axis| axis.extend(0.0).to_array());
-        let picture = QuadPicture { center: impostor.center.to_array(), radius: impostor.radius, right, up };
+        let [right, up, _] = impostor.axes.map(|axis| axis.to_array());
+        let picture = QuadPicture {
+            center: impostor.center.to_array(),
+            radius: impostor.radius,
+            right,
+            up,
+            ..QuadPicture::default()
+        };
         let materials = materials(&crowd.models()[impostor.model as usize]);
         let tags = &self.tags[impostor.model as usize];
         let texel = |texel: &Texel| match texel.cluster {

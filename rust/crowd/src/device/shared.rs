@@ -3,20 +3,21 @@
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::crowd_agents::Model;
+use relievo_gpu::wgsl::crowd_cut::{Call, Cluster, Group};
 use relievo_gpu::{Access, Buffer, Device, Kernel, KernelSpec};
 
 use super::MOST_PLANES;
 use super::own::OwnRows;
-use super::rows::{Call, ModelRow};
 use crate::crowd::Crowd;
 use crate::draws::{starts, too_large};
 
 /// Hierarchies, poses of all clips, the view, and the kernels.
 #[derive(Debug)]
 pub(super) struct Shared {
-    pub models: Buffer<ModelRow>,
-    pub clusters: Buffer<[u32; 4]>,
-    pub groups: Buffer<[f32; 8]>,
+    pub models: Buffer<Model>,
+    pub clusters: Buffer<Cluster>,
+    pub groups: Buffer<Group>,
     pub ladders: Buffer<u32>,
     pub view: Buffer<[f32; 4]>,
     pub matrices: Buffer<[[f32; 4]; 3]>,
@@ -36,7 +37,7 @@ impl Shared {
         let mut buckets = 0;
         for ((number, model), [first_index, base_vertex]) in (0u32..).zip(crowd.models()).zip(starts(crowd)?) {
             let ladder = crowd.ladder(number).ok_or_else(|| Error::internal("a model without a ladder"))?;
-            models.push(ModelRow {
+            models.push(Model {
                 first_step: errors.len() as u32,
                 steps: ladder.len() as u32,
                 first_bucket: buckets,
@@ -57,13 +58,13 @@ impl Shared {
                 steps.extend(ladder.clusters(step));
                 ends.push(steps.len());
             }
-            clusters.extend(
-                model.clusters.iter().map(|it| [3 * it.count, first_index + 3 * it.first, it.made_by, it.used_by]),
-            );
-            boxes.extend(model.groups.iter().map(|it| {
-                let ([a, b, c], [d, e, f]) = (it.low, it.high);
-                [a, b, c, 0.0, d, e, f, 0.0]
+            clusters.extend(model.clusters.iter().map(|it| Cluster {
+                indices: 3 * it.count,
+                first_index: first_index + 3 * it.first,
+                made_by: it.made_by,
+                used_by: it.used_by,
             }));
+            boxes.extend(model.groups.iter().map(|it| Group { low: it.low, high: it.high, ..Group::default() }));
             let moving = crowd.geomorph(number).limits();
             limits.extend(model.groups.iter().zip(moving).map(|(group, it)| [group.error, it.start, it.end, 0.0]));
             let mut firsts = Vec::new();

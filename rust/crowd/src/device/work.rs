@@ -1,9 +1,11 @@
 //! What a device has of the agents of a crowd: room for so many, and for so many draws.
 
 use relievo_core::Result;
+use relievo_gpu::wgsl::crowd_agents::Agent;
+use relievo_gpu::wgsl::crowd_cut::Instance;
 use relievo_gpu::{Bindings, Buffer, Device, Scan, Sort, wgpu};
 
-use super::rows::{AgentRow, DeviceInstance, SEEN};
+use super::rows::SEEN;
 use super::shared::Shared;
 
 /// Words of a draw.
@@ -12,7 +14,7 @@ pub(super) const WORDS: usize = 5;
 /// Rows of agents, and what cuts leave.
 #[derive(Debug)]
 pub(super) struct Work {
-    pub agents: Buffer<AgentRow>,
+    pub agents: Buffer<Agent>,
     pub poses: Buffer<[u32; 2]>,
     /// Whether agents were seen in the last frame, and whether others hide them.
     pub states: Buffer<u32>,
@@ -23,7 +25,7 @@ pub(super) struct Work {
     pub draws: Buffer<u32>,
     pub drawn: Buffer<[u32; 2]>,
     pub blends: Buffer<f32>,
-    pub instances: Buffer<DeviceInstance>,
+    pub instances: Buffer<Instance>,
     keys: [Buffer<u32>; 2],
     pub sort: Sort,
     pub scan: Scan,

@@ -9,6 +9,7 @@ use glam::Vec4;
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
+use relievo_gpu::wgsl::brush_edit::Edit;
 use relievo_surface::{DeviceMesh, TriangleSurface};
 use relievo_tiles::triangle::{DeviceTriangles, Offset, Pattern, TriangleChannel, TriangleField};
 use relievo_tiles::{ColorPlanes, Rgba8, Rgba16, Texel, by_format};
@@ -19,7 +20,7 @@ use super::object::{TriangleGround, TriangleObject};
 use super::site::{Element, ElementEdit, values};
 use crate::channels::layered::LayeredObject;
 use crate::device::{
-    DeviceValue, Edit, OnDevice, Returned, TriangleBrush, TrianglePress, TriangleStage, edits_of, on_device,
+    DeviceValue, OnDevice, Returned, TriangleBrush, TrianglePress, TriangleStage, edits_of, keep_rounded, on_device,
     reports_of, smudges_of,
 };
 use crate::paint::dab::{Dab, Kind, no_vectors};
@@ -383,7 +384,7 @@ impl TriangleDevice {
         for (_, edit) in &mut edits {
             edit.segments = pattern.segments();
             if together {
-                edit.round();
+                keep_rounded(edit);
             }
         }
         let made = tool.brush.event(stage, (&edits, stamp), together)?;

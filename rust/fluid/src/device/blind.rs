@@ -7,9 +7,9 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::fluid_surface::SurfaceCall;
 use relievo_gpu::{Access, Buffer, Device, GROUP, Kernel, KernelSpec, Readback, Scan, Sort, groups};
 
 use crate::surface::blind::Distances;
@@ -29,31 +29,6 @@ const REACH: i32 = 3;
 const FARTHEST: f32 = 1_048_576.0;
 /// Workgroups that find the bounds of all particles.
 const BOUNDING: u32 = 64;
-
-/// As in `fluid_surface.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct SurfaceCall {
-    low: [i32; 3],
-    particles: u32,
-    size: [u32; 3],
-    cells: u32,
-    bricks: u32,
-    listed: u32,
-    vertices: u32,
-    profile: u32,
-    support: f32,
-    cell: f32,
-    sharpness: f32,
-    floor: f32,
-    iso: f32,
-    radius: f32,
-    outside: f32,
-    layer: f32,
-    farthest: f32,
-    reach: i32,
-    padding: [u32; 2],
-}
 
 /// What particles are for their surface, as [`crate::classify`] says of a [`crate::Surface`] of the function: particles whose
 /// distance from it is that of a limit, but for rounding, may be of the class beside. `threshold` is in metres, and without one
@@ -82,7 +57,7 @@ pub(super) fn find(
     function: SurfaceFunction,
     threshold: Option<f32>,
 ) -> Result<Vec<Visibility>> {
-    let mut call = SurfaceCall::new(function, threshold)?;
+    let mut call = call_of(function, threshold)?;
     if places.is_empty() {
         return Ok(Vec::new());
     }
@@ -107,71 +82,70 @@ pub(super) fn find(
     Ok(classes.get(device)?.into_iter().map(class).collect())
 }
 
-impl SurfaceCall {
-    fn new(function: SurfaceFunction, threshold: Option<f32>) -> Result<Self> {
-        function.check()?;
-        if matches!(function, SurfaceFunction::Anisotropic { .. }) {
-            return Err(refused("surfaces of anisotropic kernels are not found on devices"));
-        }
-        let support = function.support();
-        let threshold = threshold.unwrap_or(support + function.sight());
-        let Distances { cell, layer, farthest } = Distances::new(support, threshold)?;
-        let reach = (farthest / support) as i32 + 1;
-        if reach > REACH {
-            return Err(refused(&format!(
-                "a threshold of {threshold} is more than devices look at, which is 2.5 support radii of {support}"
-            )));
-        }
-        let (profile, sharpness) = match function.profile() {
-            Profile::Gaussian(sharpness) => (0, sharpness),
-            Profile::Cubic => (1, 0.0),
-            Profile::Spline => (2, 0.0),
-        };
-        let (iso, radius, outside) = match function.combination() {
-            Combination::Sum { iso } => (iso, 0.0, 0.0),
-            Combination::Mean { radius, outside } => (0.0, radius, outside),
-        };
-        Ok(Self {
-            profile,
-            support,
-            cell,
-            sharpness,
-            floor: (-sharpness).exp(),
-            iso,
-            radius,
-            outside,
-            layer: layer * layer,
-            farthest: farthest * farthest,
-            reach,
-            ..Self::default()
-        })
+/// Returns the parameters of kernels for a function and a threshold.
+fn call_of(function: SurfaceFunction, threshold: Option<f32>) -> Result<SurfaceCall> {
+    function.check()?;
+    if matches!(function, SurfaceFunction::Anisotropic { .. }) {
+        return Err(refused("surfaces of anisotropic kernels are not found on devices"));
     }
+    let support = function.support();
+    let threshold = threshold.unwrap_or(support + function.sight());
+    let Distances { cell, layer, farthest } = Distances::new(support, threshold)?;
+    let reach = (farthest / support) as i32 + 1;
+    if reach > REACH {
+        return Err(refused(&format!(
+            "a threshold of {threshold} is more than devices look at, which is 2.5 support radii of {support}"
+        )));
+    }
+    let (profile, sharpness) = match function.profile() {
+        Profile::Gaussian(sharpness) => (0, sharpness),
+        Profile::Cubic => (1, 0.0),
+        Profile::Spline => (2, 0.0),
+    };
+    let (iso, radius, outside) = match function.combination() {
+        Combination::Sum { iso } => (iso, 0.0, 0.0),
+        Combination::Mean { radius, outside } => (0.0, radius, outside),
+    };
+    Ok(SurfaceCall {
+        profile,
+        support,
+        cell,
+        sharpness,
+        floor: (-sharpness).exp(),
+        iso,
+        radius,
+        outside,
+        layer: layer * layer,
+        farthest: farthest * farthest,
+        reach,
+        ..SurfaceCall::default()
+    })
+}
 
-    /// Sets the box of bricks that particles between two corners are in.
-    fn enclose(&mut self, [low, high]: [[f32; 3]; 2]) -> Result<()> {
-        let Self { support, cell, .. } = *self;
-        if !low.into_iter().chain(high).all(f32::is_finite) {
-            return Err(Error::invalid("a coordinate is not a finite number")
-                .at("particles")
-                .advise("remove the particle or repair its position"));
-        }
-        if low.into_iter().chain(high).any(|at| at.abs() > FARTHEST * cell) {
-            return Err(Error::invalid(format!("particles are more than {FARTHEST} cells of {cell} from 0"))
-                .advise("move them nearer to 0, or use a larger support radius"));
-        }
-        let brick = |at: f32| (at / support).floor() as i32;
-        self.low = low.map(|at| brick(at) - MARGIN);
-        self.size = std::array::from_fn(|axis| (brick(high[axis]) + MARGIN + 1 - self.low[axis]) as u32);
-        if self.size.iter().map(|side| u128::from(*side)).product::<u128>() >> 32 > 0 {
-            return Err(refused(&format!("particles are in a box of {:?} support radii", self.size)));
-        }
-        Ok(())
+/// Sets the box of bricks that particles between two corners are in.
+fn enclose(call: &mut SurfaceCall, [low, high]: [[f32; 3]; 2]) -> Result<()> {
+    let SurfaceCall { support, cell, .. } = *call;
+    if !low.into_iter().chain(high).all(f32::is_finite) {
+        return Err(Error::invalid("a coordinate is not a finite number")
+            .at("particles")
+            .advise("remove the particle or repair its position"));
     }
+    if low.into_iter().chain(high).any(|at| at.abs() > FARTHEST * cell) {
+        return Err(Error::invalid(format!("particles are more than {FARTHEST} cells of {cell} from 0"))
+            .advise("move them nearer to 0, or use a larger support radius"));
+    }
+    let brick = |at: f32| (at / support).floor() as i32;
+    call.low = low.map(|at| brick(at) - MARGIN);
+    call.size = std::array::from_fn(|axis| (brick(high[axis]) + MARGIN + 1 - call.low[axis]) as u32);
+    if call.size.iter().map(|side| u128::from(*side)).product::<u128>() >> 32 > 0 {
+        return Err(refused(&format!("particles are in a box of {:?} support radii", call.size)));
+    }
+    Ok(())
+}
 
-    /// Bits of the numbers of bricks.
-    fn bits(&self) -> u32 {
-        u64::BITS - self.size.iter().map(|side| u64::from(*side)).product::<u64>().leading_zeros()
-    }
+/// Returns the bits of the numbers of bricks.
+fn bits(call: &SurfaceCall) -> u32 {
+    u64::BITS - call.size.iter().map(|side| u64::from(*side)).product::<u64>().leading_zeros()
 }
 
 /// Particles in the order of bricks, and the bricks that have some.
@@ -214,7 +188,7 @@ impl Cells {
         let _ = frame.submit()?;
         let bounds = bounds.get(device)?;
         let corner = |first: usize, mask: u32| std::array::from_fn(|axis| falling(bounds[first + axis] ^ mask));
-        call.enclose([corner(0, u32::MAX), corner(3, 0)])?;
+        enclose(call, [corner(0, u32::MAX), corner(3, 0)])?;
 
         let sort = Sort::new(device, &keys, order)?;
         let [before, listed] = [Scan::new(device, &firsts, report)?, Scan::new(device, counts, report)?];
@@ -226,7 +200,7 @@ impl Cells {
         let mut frame = device.frame()?;
         let (mut pass, bytes) = (frame.pass("bricks"), bytemuck::bytes_of(call));
         pass.run(&number, &sorting.each_ref(), bytes, size)?;
-        sort.run(&mut pass, call.particles, call.bits())?;
+        sort.run(&mut pass, call.particles, bits(call))?;
         pass.run(&arrange, &sorting.each_ref(), bytes, size)?;
         before.run(&mut pass, call.particles)?;
         pass.run(&note, &sorting.each_ref(), bytes, size)?;
@@ -261,7 +235,7 @@ impl Cells {
         let mut frame = device.frame()?;
         let (mut pass, bytes) = (frame.pass("bricks"), bytemuck::bytes_of(call));
         pass.run(&list, &bindings.each_ref(), bytes, over(call.cells))?;
-        sort.run(&mut pass, call.listed, call.bits())?;
+        sort.run(&mut pass, call.listed, bits(call))?;
         pass.run(&mark, &bindings.each_ref(), bytes, over(call.listed))?;
         before.run(&mut pass, call.listed)?;
         pass.run(&keep, &bindings.each_ref(), bytes, over(call.listed))?;
@@ -338,23 +312,4 @@ fn falling(bits: u32) -> f32 {
 
 fn refused(what: &str) -> Error {
     Error::unsupported(what.to_owned()).advise("use the processor, `--device cpu`")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        macro_rules! fields {
-            ($($field:ident),*) => { [$((stringify!($field), offset_of!(SurfaceCall, $field))),*] };
-        }
-        let fields = fields!(
-            low, particles, size, cells, bricks, listed, vertices, profile, support, cell, sharpness, floor, iso,
-            radius, outside, layer, farthest, reach
-        );
-        assert_layout("fluid_surface", "Surface", size_of::<SurfaceCall>(), &fields);
-    }
 }

@@ -2,61 +2,17 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 use relievo_core::Result;
+use relievo_gpu::wgsl::fluid::FluidCall;
+use relievo_gpu::wgsl::fluid_forces::ForceRow;
+use relievo_gpu::wgsl::fluid_press::Report;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Sort, groups};
 
-use super::forces::ForceRow;
 use super::obstacles::Obstacles;
 
 /// Bits of a cell's number, as in `fluid.wgsl`.
 pub const CELL_BITS: u32 = 21;
-
-/// As in `fluid.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct FluidCall {
-    pub gravity: Vec3,
-    pub support: f32,
-    pub kernel: f32,
-    pub spiky: f32,
-    pub wall: f32,
-    pub kernels: u32,
-    pub mass: f32,
-    pub density: f32,
-    pub diagonal: f32,
-    pub viscosity: f32,
-    pub friction: f32,
-    pub cohesion: f32,
-    pub farthest: f32,
-    pub step: f32,
-    pub dense: f32,
-    pub kept: f32,
-    pub most: f32,
-    pub mean: f32,
-    pub count: u32,
-    pub walls: u32,
-    pub room: u32,
-    pub least: u32,
-    pub corrections: u32,
-    pub carried: f32,
-    pub forces: u32,
-    pub spacing: f32,
-}
-
-/// As in `fluid_press.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct Report {
-    pub crowd: u32,
-    pub corrections: u32,
-    pub is_enough: u32,
-    pub most: f32,
-    pub mean: f32,
-    pub over_most: f32,
-    pub over_mean: f32,
-}
 
 /// What a particle carries through the sort: what hosts accelerate it by, as bits, and where it was at first.
 pub type Tag = [u32; 4];
@@ -351,53 +307,5 @@ impl Lists {
             give: [device.bind(give, 0, &giving)?, device.bind(give, 1, &[work.given_sums.wgpu(), work.given.wgpu()])?],
             _lists: lists,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        macro_rules! fields {
-            ($type:ty, $($field:ident),*) => { [$((stringify!($field), offset_of!($type, $field))),*] };
-        }
-        let fields = fields!(
-            FluidCall,
-            gravity,
-            support,
-            kernel,
-            spiky,
-            wall,
-            kernels,
-            mass,
-            density,
-            diagonal,
-            viscosity,
-            friction,
-            cohesion,
-            farthest,
-            step,
-            dense,
-            kept,
-            most,
-            mean,
-            count,
-            walls,
-            room,
-            least,
-            corrections,
-            carried,
-            forces,
-            spacing
-        );
-        assert_layout("fluid", "Fluid", size_of::<FluidCall>(), &fields);
-        let fields = fields!(ForceRow, place, kind, axis, strength, radius, seed, slice, later);
-        assert_layout("fluid_forces", "Force", size_of::<ForceRow>(), &fields);
-        let fields = fields!(Report, crowd, corrections, is_enough, most, mean, over_most, over_mean);
-        assert_layout("fluid_press", "Report", size_of::<Report>(), &fields);
     }
 }

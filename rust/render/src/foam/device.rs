@@ -15,12 +15,12 @@ mod look;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Result};
+use relievo_gpu::wgsl::foam::{FoamLook, FoamPixel};
+use relievo_gpu::wgsl::foam_splat::{FoamChunk, FoamRow};
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, PassTime, Submission, groups};
 
 pub use self::layers::DeviceLayers;
-use self::look::FoamLook;
 use super::FoamParticle;
 use super::projection::{FoamView, Projection};
 use super::scenery::Depths;
@@ -42,42 +42,6 @@ const NONE: u32 = u32::MAX;
 /// Accesses of what all kernels share: the look, pixels and fronts.
 const SHARED: &[Access] = &[Access::Read, Access::Write, Access::Write];
 const SPLATTED: &[Access] = &[Access::Read, Access::Read, Access::Write, Access::Write];
-
-/// As in `foam.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct FoamPixel {
-    depth: u32,
-    id: u32,
-    key: u32,
-    low: u32,
-    high: u32,
-    search: f32,
-    u: f32,
-    v: f32,
-}
-
-/// A particle in eye space, as in `foam_splat.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct FoamRow {
-    x: f32,
-    y: f32,
-    z: f32,
-    life: f32,
-    id: u32,
-    kind: u32,
-}
-
-/// As in `foam_splat.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct FoamChunk {
-    count: u32,
-    step: u32,
-    share: f32,
-    room: u32,
-}
 
 /// The pixels of a picture on a device, to which particles are added.
 #[derive(Debug)]
@@ -112,7 +76,7 @@ impl Splats {
         depths: &Depths,
     ) -> Result<Self> {
         let count = view.pixels();
-        let look = Buffer::of(device, "look of foam", &[FoamLook::new(settings, view)])?;
+        let look = Buffer::of(device, "look of foam", &[look::look(settings, view)])?;
         let pixels = Buffer::new(device, "pixels of foam", count)?;
         let finite = |depth: f32| depth.min(FARTHEST_DEPTH);
         let fronts = depths.fluid.iter().zip(&depths.solids);
@@ -228,33 +192,5 @@ fn add_times(times: &mut Vec<PassTime>, more: Vec<PassTime>) {
             Some(found) => found.length += time.length,
             None => times.push(time),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        macro_rules! fields {
-            ($of:ident: $($field:ident),*) => { [$((stringify!($field), offset_of!($of, $field))),*] };
-        }
-        let pixel = fields!(FoamPixel: depth, id, key, low, high, search, u, v);
-        assert_layout("foam", "FoamPixel", size_of::<FoamPixel>(), &pixel);
-        let row = fields!(FoamRow: x, y, z, life, id, kind);
-        assert_layout("foam_splat", "FoamRow", size_of::<FoamRow>(), &row);
-        let chunk = fields!(FoamChunk: count, step, share, room);
-        assert_layout("foam_splat", "FoamChunk", size_of::<FoamChunk>(), &chunk);
-        let look = fields!(
-            FoamLook: right, width, up, height, back, is_parallel, zenith, scale, first, rows, second, irr_scale,
-            shadow_color, radius, near_depth, aperture, focus, eta_max, lifetime_n, lifetime_m, rho_mod, rho_exp,
-            ao_init_sr_fac, ao_sr_inc_fac, ao_passes, ao_s_dens, ao_min_samp, ao_max_samp, ao_max_occl_dist,
-            ao_fluid_opacity, ao_solid_opacity, ao_hemisphere, ao_sh_scale, ao_sh_exp, ao_sh_offset, irradiance_map,
-            filter_radius
-        );
-        assert_layout("foam", "FoamLook", size_of::<FoamLook>(), &look);
     }
 }

@@ -1,8 +1,8 @@
 //! What surfaces look like: the colours painted on them and, over these, the tint of their traces.
 
-use bytemuck::{Pod, Zeroable};
 use half::f16;
 use relievo_core::{Context, Result};
+use relievo_gpu::wgsl::tints::TintBlock;
 use relievo_gpu::{Device, wgpu};
 use relievo_tiles::triangle::TriangleField;
 use relievo_tiles::{AnyField, ByFormat, ColorTexel, DeviceTiles, Field, Rgba8, Rgba16, Trace, by_format};
@@ -22,18 +22,6 @@ pub struct Tint {
     pub time: f32,
 }
 
-/// As in `tints.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(super) struct TintBlock {
-    pub color: [f32; 3],
-    pub per_depth: f32,
-    pub at_once: f32,
-    pub per_second: f32,
-    pub time: f32,
-    pub padding: f32,
-}
-
 impl From<Tint> for TintBlock {
     fn from(tint: Tint) -> Self {
         let per = |whole: f32| if whole > 0.0 { 1.0 / whole } else { 0.0 };
@@ -43,7 +31,7 @@ impl From<Tint> for TintBlock {
             at_once: if tint.depth > 0.0 { 0.0 } else { 1.0 },
             per_second: per(tint.fade),
             time: tint.time,
-            padding: 0.0,
+            padding: 0,
         }
     }
 }
@@ -253,24 +241,5 @@ impl Seams {
             self.lists.write(device, *first, list)?;
         }
         write_runs(device, &heads, |device, first, values| self.lists.write(device, first, values))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let tint = [
-            ("color", offset_of!(TintBlock, color)),
-            ("per_depth", offset_of!(TintBlock, per_depth)),
-            ("at_once", offset_of!(TintBlock, at_once)),
-            ("per_second", offset_of!(TintBlock, per_second)),
-            ("time", offset_of!(TintBlock, time)),
-        ];
-        assert_layout("tints", "Tint", size_of::<TintBlock>(), &tint);
     }
 }

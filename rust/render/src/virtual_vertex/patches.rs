@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::bezier_samples::Samples;
 use relievo_gpu::{Access, Buffer, Charge, Device, KernelSpec, groups};
 use relievo_surface::bezier::{BezierSurface, CONTROLS, Levels, ParametricMap, VirtualVertex};
 
@@ -214,7 +215,7 @@ impl VirtualVertices {
             module: "bezier_samples",
             entry: "evaluate",
             groups: &[&[Access::Read, Access::Read, Access::Write]],
-            immediates: 12,
+            immediates: size_of::<Samples>() as u32,
             constants: &constants,
         })?;
         let mut all = Vec::new();
@@ -225,9 +226,9 @@ impl VirtualVertices {
             let out = Buffer::<[[f32; 4]; 2]>::new(device, "samples", count as usize)?;
             let bindings = device.bind(&kernel, 0, &[records.wgpu(), vertices.wgpu(), out.wgpu()])?;
             let mut frame = device.frame()?;
-            let immediates = [count, start, draw.first];
+            let samples = Samples { count, start, first: draw.first };
             let groups = groups(count.div_ceil(64));
-            frame.pass("samples").run(&kernel, &[&bindings], bytemuck::bytes_of(&immediates), groups)?;
+            frame.pass("samples").run(&kernel, &[&bindings], bytemuck::bytes_of(&samples), groups)?;
             let read = frame.read(&out, 0..count as usize)?;
             let _submitted = frame.submit()?;
             all.extend(read.get(device)?);

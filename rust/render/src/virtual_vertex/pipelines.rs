@@ -2,41 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 use relievo_gpu::module::{self, compose};
-use relievo_gpu::{Device, wgpu};
+use relievo_gpu::wgsl::tiles_draw::TilesCall;
+use relievo_gpu::wgsl::triangles_draw::TrianglesCall;
+use relievo_gpu::{Device, wgpu, wgsl};
 use relievo_surface::bezier::VirtualVertex;
 
-use super::coat::{DeviceCoat, TintBlock};
+use super::coat::DeviceCoat;
 use super::patches::{Storage, UNIFORM_PATCHES};
 use super::placed::{MeshVertex, PassedVertex, Shape};
 use super::targets::{DEPTH, FORMATS};
 use super::triangle_values::Kind;
 use super::view::OBJECT_BYTES;
 
-/// Immediate data of a draw of patches: the first of them.
-const PATCHES_CALL: u32 = 4;
-/// Of quads: texels along a side of a picture.
-const QUADS_CALL: u32 = 4;
-
-/// As in `tiles_draw.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct TilesCall {
-    pub blank: [f32; 3],
-    pub first: u32,
-    pub tint: TintBlock,
-}
-
-/// As in `triangles_draw.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct TrianglesCall {
-    pub tint: TintBlock,
-    pub first: u32,
-    pub padding: [u32; 3],
-}
+// Attributes lie one after another, and WGSL does not say where.
+const _: () = assert!(size_of::<MeshVertex>() == 52 && size_of::<PassedVertex>() == 32);
 
 /// What vertex and fragment stages do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -241,14 +222,16 @@ impl Pipelines {
             attribute(48, 4, Uint32),
         ];
         let (stride, attributes, immediates): (usize, &[_], u32) = match draw {
-            Draw::Patches(..) | Draw::Stitches(..) => (size_of::<VirtualVertex>(), &virtual_vertex, PATCHES_CALL),
+            Draw::Patches(..) | Draw::Stitches(..) => {
+                (size_of::<VirtualVertex>(), &virtual_vertex, size_of::<wgsl::bezier_draw::Draw>() as u32)
+            }
             Draw::Strips => (size_of::<PassedVertex>(), &passed_vertex, 0),
             Draw::Tiles { .. } => (0, &[], size_of::<TilesCall>() as u32),
             Draw::Triangles(_) => (0, &[], size_of::<TrianglesCall>() as u32),
             Draw::Mesh => (size_of::<MeshVertex>(), &mesh_vertex, 0),
             Draw::Indirect => (size_of::<[u32; 4]>(), &indirect_vertex, 0),
             Draw::Posed => (size_of::<[u32; 2]>(), &posed_corner, 0),
-            Draw::Quads => (0, &[], QUADS_CALL),
+            Draw::Quads => (0, &[], size_of::<wgsl::quad_draw::Call>() as u32),
         };
         let buffers = [Some(wgpu::VertexBufferLayout {
             array_stride: stride as u64,
@@ -325,44 +308,5 @@ impl Pipelines {
             .map_err(|error| error.at(module::path(name)))?;
         self.made.insert((draw, shadow), pipeline);
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::virtual_vertex::{PosedVertex, QuadPicture};
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let call = [
-            ("blank", offset_of!(TilesCall, blank)),
-            ("first", offset_of!(TilesCall, first)),
-            ("tint", offset_of!(TilesCall, tint)),
-        ];
-        assert_layout("tiles_draw", "TilesCall", size_of::<TilesCall>(), &call);
-        let call = [("tint", offset_of!(TrianglesCall, tint)), ("first", offset_of!(TrianglesCall, first))];
-        assert_layout("triangles_draw", "TrianglesCall", size_of::<TrianglesCall>(), &call);
-        assert_layout("bezier_draw", "Draw", PATCHES_CALL as usize, &[("first", 0)]);
-        assert_eq!((size_of::<MeshVertex>(), size_of::<PassedVertex>()), (52, 32));
-        let posed = [
-            ("p", offset_of!(PosedVertex, p)),
-            ("normal", offset_of!(PosedVertex, normal)),
-            ("tag", offset_of!(PosedVertex, tag)),
-            ("corner", offset_of!(PosedVertex, corner)),
-        ];
-        for module in ["posed_draw", "crowd_pose"] {
-            assert_layout(module, "Posed", size_of::<PosedVertex>(), &posed);
-        }
-        let picture = [
-            ("center", offset_of!(QuadPicture, center)),
-            ("radius", offset_of!(QuadPicture, radius)),
-            ("right", offset_of!(QuadPicture, right)),
-            ("up", offset_of!(QuadPicture, up)),
-        ];
-        assert_layout("quad_draw", "Picture", size_of::<QuadPicture>(), &picture);
-        assert_layout("quad_draw", "Call", QUADS_CALL as usize, &[("side", 0)]);
     }
 }

@@ -3,6 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Error, Result};
+pub use relievo_gpu::wgsl::posed_draw::PosedVertex;
+pub use relievo_gpu::wgsl::quad_draw::QuadPicture;
 use relievo_gpu::{Buffer, Device, wgpu};
 use relievo_surface::DeviceSurface;
 use relievo_tiles::{DeviceTiles, Vector};
@@ -228,22 +230,6 @@ pub struct IndirectMesh<'a> {
     pub bounds: [[f32; 3]; 2],
 }
 
-/// A vertex that kernels have posed.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct PosedVertex {
-    /// Position in the space of the model.
-    pub p: [f32; 3],
-    /// The normal on an octahedron, as in [`IndirectMesh::vertices`].
-    pub normal: u32,
-    /// Which of the false colours, or [`INSTANCE_TAG`].
-    pub tag: u32,
-    /// Where wireframes have lines, the number of this corner in its triangles, 0 to 2; elsewhere 3.
-    pub corner: u32,
-    /// Unused.
-    pub padding: [u32; 2],
-}
-
 /// The false colour that is that of the number of the instance.
 pub const INSTANCE_TAG: u32 = u32::MAX - 1;
 
@@ -262,20 +248,6 @@ pub struct PosedMesh<'a> {
     pub arguments: &'a Buffer<u32>,
     /// Smallest and largest coordinates; they may be those of more than is drawn.
     pub bounds: [[f32; 3]; 2],
-}
-
-/// A square in the space of a model, on which a picture lies.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct QuadPicture {
-    /// Its middle.
-    pub center: [f32; 3],
-    /// Half a side.
-    pub radius: f32,
-    /// The direction to the right, of length 1; the fourth number is not read.
-    pub right: [f32; 4],
-    /// The direction upwards, of length 1; the fourth number is not read.
-    pub up: [f32; 4],
 }
 
 /// Quads with pictures of models that are seen from a few pixels' distance, drawn in the colour of their material or false

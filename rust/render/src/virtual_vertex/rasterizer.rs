@@ -9,15 +9,18 @@ use std::time::Duration;
 use glam::{DMat4, Vec3};
 use half::f16;
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::shade::ViewBlock;
+use relievo_gpu::wgsl::tiles_draw::TilesCall;
+use relievo_gpu::wgsl::triangles_draw::TrianglesCall;
 use relievo_gpu::{Buffer, Charge, Device, wgpu};
 
 use super::coat::{DeviceCoat, Tint};
 use super::patches::{DrawCall, Storage, UNIFORM_PATCHES, VirtualVertices};
-use super::pipelines::{Draw, Pipelines, TilesCall, TrianglesCall};
+use super::pipelines::{Draw, Pipelines};
 use super::placed::{Placed, Shape};
 use super::records::{Records, block_stride};
 use super::targets::{PIXEL_BYTES, SHADOW_SIDE, ShadowMaps, Target, Targets};
-use super::view::{Extent, OBJECT_BYTES, ObjectBlock, SUNS, ViewBlock, projection, shadow};
+use super::view::{Extent, OBJECT_BYTES, ObjectSlot, SUNS, object_slot, projection, shadow, view_block};
 use crate::frame::{Frame, NO_OBJECT};
 use crate::image::Image;
 use crate::settings::View;
@@ -159,14 +162,14 @@ impl Rasterizer {
         let thrown = Extent::of(objects.iter().filter(|object| object.throws_shadows), eye);
         let shadows: Vec<_> =
             view.lights.suns[..suns].iter().map(|sun| shadow(sun.direction, &thrown, SHADOW_SIDE)).collect();
-        self.view.write(&self.device, 0, &[ViewBlock::new(view, scale, &shadows)])?;
+        self.view.write(&self.device, 0, &[view_block(view, scale, &shadows)])?;
         // The blocks of all objects as the camera sees them, then as each sun does.
         let spaces = [projection(&view.camera, size, &extent)].into_iter().chain(shadows.iter().map(|shadow| shadow.0));
-        let blocks: Vec<ObjectBlock> = spaces
+        let blocks: Vec<ObjectSlot> = spaces
             .flat_map(|space: DMat4| {
                 objects
                     .iter()
-                    .map(move |object| ObjectBlock::new(space, eye, &object.transform, &object.material, object.number))
+                    .map(move |object| object_slot(space, eye, &object.transform, &object.material, object.number))
             })
             .collect();
         let buffer = self.write_objects(&blocks)?;
@@ -254,11 +257,11 @@ impl Rasterizer {
     }
 
     /// Writes the blocks of all objects.
-    fn write_objects(&mut self, blocks: &[ObjectBlock]) -> Result<wgpu::Buffer> {
+    fn write_objects(&mut self, blocks: &[ObjectSlot]) -> Result<wgpu::Buffer> {
         let device = &self.device;
         if self.objects.as_ref().is_none_or(|(_, room, _)| *room < blocks.len()) {
             let room = blocks.len().max(1).next_power_of_two();
-            let size = (room * size_of::<ObjectBlock>()) as u64;
+            let size = (room * size_of::<ObjectSlot>()) as u64;
             let charge = device.charge(size)?;
             let buffer = device.guard(|| {
                 device.wgpu().create_buffer(&wgpu::BufferDescriptor {
@@ -358,7 +361,7 @@ fn depth_attachment(view: &wgpu::TextureView, far: f32) -> wgpu::RenderPassDepth
 
 /// Where the block of an object is.
 fn offset(index: usize) -> Result<u32> {
-    u32::try_from(index * size_of::<ObjectBlock>()).map_err(|_| Error::unsupported("so many objects cannot be drawn"))
+    u32::try_from(index * size_of::<ObjectSlot>()).map_err(|_| Error::unsupported("so many objects cannot be drawn"))
 }
 
 /// Records the draws of an object.

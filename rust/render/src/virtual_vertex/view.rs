@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Mat4, Vec3};
+use relievo_gpu::wgsl::shade::{ObjectBlock, ViewBlock};
 
 use super::placed::Placed;
 use crate::camera::Camera;
@@ -11,59 +12,21 @@ use crate::sky::ClearSky;
 
 /// Suns that are drawn.
 pub(super) const SUNS: usize = 4;
-/// False colours that differ from each other.
-const PALETTE: usize = 16;
-/// Inclinations of which the sky's light is known.
-const SKY: usize = 65;
 /// The near plane, as a share of how far the farthest point of the objects is; what is nearer is cut.
 pub(super) const NEAR: f64 = 1e-6;
 
-/// As in the shader.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(super) struct SunBlock {
-    direction: [f32; 3],
-    texel: f32,
-    irradiance: [f32; 4],
-    shadow: [[f32; 4]; 4],
-}
-
-/// As in the shader.
+/// The block of an object, with what aligns one after another as dynamic offsets are.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct ViewBlock {
-    forward: [f32; 3],
-    lines: f32,
-    up: [f32; 3],
-    line_width: f32,
-    line_color: [f32; 3],
-    sun_count: u32,
-    false_color: f32,
-    palette_count: u32,
-    padding: [u32; 2],
-    palette: [[f32; 4]; PALETTE],
-    sky: [[f32; 4]; SKY],
-    suns: [SunBlock; SUNS],
-}
-
-/// As in the shader, with what aligns one after another.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct ObjectBlock {
-    clip: [[f32; 4]; 4],
-    world: [[f32; 4]; 4],
-    normal: [[f32; 4]; 4],
-    base_color: [f32; 3],
-    specular: f32,
-    roughness: f32,
-    number: u32,
-    parts: u32,
-    mirrored: u32,
+pub(super) struct ObjectSlot {
+    block: ObjectBlock,
     padding: [u32; 8],
 }
 
+const _: () = assert!(size_of::<ObjectSlot>() == 256);
+
 /// Bytes of a block that are bound.
-pub(super) const OBJECT_BYTES: u64 = 224;
+pub(super) const OBJECT_BYTES: u64 = size_of::<ObjectBlock>() as u64;
 
 /// Smallest and largest coordinates of what is drawn, about the camera.
 #[derive(Clone, Copy, Debug)]
@@ -145,108 +108,66 @@ pub(super) fn shadow(direction: [f32; 3], extent: &Extent, side: u32) -> (DMat4,
     (DMat4::from(DAffine3 { matrix3: linear, translation }), 2.0 * half.x.max(half.y) / f64::from(side))
 }
 
-impl ViewBlock {
-    /// `scale` is by how much the picture is finer than the settings say; `shadows` are those of the suns that have
-    /// shadow maps.
-    pub fn new(view: &View, scale: f32, shadows: &[(DMat4, f64)]) -> Self {
-        let sky = &view.lights.sky;
-        let mut block = Self {
-            forward: (-view.camera.axes.z_axis).as_vec3().to_array(),
-            lines: if view.settings.wireframe.is_on() { 1.0 } else { 0.0 },
-            up: Vec3::from(sky.up).normalize_or(Vec3::Z).to_array(),
-            line_width: view.settings.line_width * scale,
-            line_color: view.line_color,
-            sun_count: view.lights.suns.len().min(SUNS) as u32,
-            false_color: view.settings.false_color,
-            palette_count: 0,
-            padding: [0; 2],
-            palette: [[0.0; 4]; PALETTE],
-            sky: [[0.0; 4]; SKY],
-            suns: [SunBlock::default(); SUNS],
-        };
-        for (into, mean) in block.sky.iter_mut().zip(ClearSky::new(sky).means()) {
-            *into = mean.extend(0.0).to_array();
-        }
-        for (into, color) in block.palette.iter_mut().zip(view.false_color.iter().flat_map(|colors| &colors.palette)) {
-            *into = Vec3::from(*color).extend(0.0).to_array();
-            block.palette_count += 1;
-        }
-        for (into, sun) in block.suns.iter_mut().zip(&view.lights.suns) {
-            into.direction = Vec3::from(sun.direction).normalize_or(Vec3::Z).to_array();
-            into.irradiance = Vec3::from(sun.irradiance).extend(0.0).to_array();
-        }
-        for (into, (matrix, texel)) in block.suns.iter_mut().zip(shadows) {
-            into.shadow = matrix.as_mat4().to_cols_array_2d();
-            into.texel = *texel as f32;
-        }
-        block
+/// Returns the block of a view. `scale` is by how much the picture is finer than the settings say; `shadows` are those of
+/// the suns that have shadow maps.
+pub(super) fn view_block(view: &View, scale: f32, shadows: &[(DMat4, f64)]) -> ViewBlock {
+    let sky = &view.lights.sky;
+    let mut block = ViewBlock {
+        forward: (-view.camera.axes.z_axis).as_vec3().to_array(),
+        lines: if view.settings.wireframe.is_on() { 1.0 } else { 0.0 },
+        up: Vec3::from(sky.up).normalize_or(Vec3::Z).to_array(),
+        line_width: view.settings.line_width * scale,
+        line_color: view.line_color,
+        sun_count: view.lights.suns.len().min(SUNS) as u32,
+        false_color: view.settings.false_color,
+        ..ViewBlock::default()
+    };
+    for (into, mean) in block.sky.iter_mut().zip(ClearSky::new(sky).means()) {
+        *into = mean.extend(0.0).to_array();
     }
+    for (into, color) in block.palette.iter_mut().zip(view.false_color.iter().flat_map(|colors| &colors.palette)) {
+        *into = Vec3::from(*color).extend(0.0).to_array();
+        block.palette_count += 1;
+    }
+    for (into, sun) in block.suns.iter_mut().zip(&view.lights.suns) {
+        into.direction = Vec3::from(sun.direction).normalize_or(Vec3::Z).to_array();
+        into.irradiance = sun.irradiance;
+    }
+    for (into, (matrix, texel)) in block.suns.iter_mut().zip(shadows) {
+        into.shadow = matrix.as_mat4().to_cols_array_2d();
+        into.texel = *texel as f32;
+    }
+    block
 }
 
-impl ObjectBlock {
-    /// An object that `projection` maps from the space about the camera at `eye`. Its parts have numbers of their own
-    /// if it has none.
-    pub fn new(projection: DMat4, eye: DVec3, transform: &DAffine3, material: &Material, number: Option<u32>) -> Self {
-        let about = DAffine3 { matrix3: transform.matrix3, translation: transform.translation - eye };
-        let normal = Mat4::from_mat3(about.matrix3.as_mat3().inverse().transpose());
-        Self {
-            clip: (projection * DMat4::from(about)).as_mat4().to_cols_array_2d(),
-            world: DMat4::from(about).as_mat4().to_cols_array_2d(),
-            normal: normal.to_cols_array_2d(),
-            base_color: material.base_color,
-            specular: material.specular,
-            roughness: material.roughness,
-            number: number.unwrap_or(0),
-            parts: u32::from(number.is_none()),
-            mirrored: u32::from(about.matrix3.determinant() < 0.0),
-            padding: [0; 8],
-        }
-    }
+/// Returns the block of an object that `projection` maps from the space about the camera at `eye`. Its parts have numbers of
+/// their own if it has none.
+pub(super) fn object_slot(
+    projection: DMat4,
+    eye: DVec3,
+    transform: &DAffine3,
+    material: &Material,
+    number: Option<u32>,
+) -> ObjectSlot {
+    let about = DAffine3 { matrix3: transform.matrix3, translation: transform.translation - eye };
+    let normal = Mat4::from_mat3(about.matrix3.as_mat3().inverse().transpose());
+    let block = ObjectBlock {
+        clip: (projection * DMat4::from(about)).as_mat4().to_cols_array_2d(),
+        world: DMat4::from(about).as_mat4().to_cols_array_2d(),
+        normal: normal.to_cols_array_2d(),
+        base_color: material.base_color,
+        specular: material.specular,
+        roughness: material.roughness,
+        number: number.unwrap_or(0),
+        parts: u32::from(number.is_none()),
+        mirrored: u32::from(about.matrix3.determinant() < 0.0),
+    };
+    ObjectSlot { block, padding: [0; 8] }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let sun = [
-            ("direction", offset_of!(SunBlock, direction)),
-            ("texel", offset_of!(SunBlock, texel)),
-            ("irradiance", offset_of!(SunBlock, irradiance)),
-            ("shadow", offset_of!(SunBlock, shadow)),
-        ];
-        assert_layout("shade", "Sun", size_of::<SunBlock>(), &sun);
-        let view = [
-            ("forward", offset_of!(ViewBlock, forward)),
-            ("lines", offset_of!(ViewBlock, lines)),
-            ("up", offset_of!(ViewBlock, up)),
-            ("line_width", offset_of!(ViewBlock, line_width)),
-            ("line_color", offset_of!(ViewBlock, line_color)),
-            ("sun_count", offset_of!(ViewBlock, sun_count)),
-            ("false_color", offset_of!(ViewBlock, false_color)),
-            ("palette_count", offset_of!(ViewBlock, palette_count)),
-            ("palette", offset_of!(ViewBlock, palette)),
-            ("sky", offset_of!(ViewBlock, sky)),
-            ("suns", offset_of!(ViewBlock, suns)),
-        ];
-        assert_layout("shade", "View", size_of::<ViewBlock>(), &view);
-        let object = [
-            ("clip", offset_of!(ObjectBlock, clip)),
-            ("world", offset_of!(ObjectBlock, world)),
-            ("normal", offset_of!(ObjectBlock, normal)),
-            ("base_color", offset_of!(ObjectBlock, base_color)),
-            ("specular", offset_of!(ObjectBlock, specular)),
-            ("roughness", offset_of!(ObjectBlock, roughness)),
-            ("number", offset_of!(ObjectBlock, number)),
-            ("parts", offset_of!(ObjectBlock, parts)),
-            ("mirrored", offset_of!(ObjectBlock, mirrored)),
-        ];
-        assert_layout("shade", "Object", OBJECT_BYTES as usize, &object);
-        assert_eq!(size_of::<ObjectBlock>(), 256, "as dynamic offsets are aligned");
-    }
 
     #[test]
     fn shadow_maps_have_all_of_the_extent() {

@@ -9,8 +9,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Error, Result};
+use relievo_gpu::wgsl::ring_tiles::Ring;
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, wgpu};
 use relievo_surface::{Link, RingClass, TileTopology};
 
@@ -18,24 +18,6 @@ use crate::device::DeviceTiles;
 use crate::quads::field::Field;
 use crate::quads::frame::{Frames, TURN_NUMBERS};
 use crate::texel::{Texel, Vector, mean_tables};
-
-/// As in `ring.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Ring {
-    blank: [f32; 4],
-    rings: u32,
-    entries: u32,
-    run: u32,
-    format: u32,
-    room: u32,
-    loose: u32,
-    density: u32,
-    level: u32,
-    zero: u32,
-    /// To the alignment of four words.
-    padding: [u32; 3],
-}
 
 /// Blocks that are worked on, in place of those of the tiles that have one.
 #[derive(Clone, Copy, Debug)]
@@ -214,7 +196,7 @@ impl DeviceRing {
         let run = self.runs.fetch_add(1, Ordering::Relaxed) % (u32::MAX - 1) + 1;
         let (room, loose) = (bound.room.unwrap_or(0), u32::from(bound.room.is_some()));
         let (rings, entries) = (self.rings, self.entries);
-        Ok(Ring { blank, rings, entries, run, format, room, loose, ..Ring::zeroed() })
+        Ok(Ring { blank, rings, entries, run, format, room, loose, ..Ring::default() })
     }
 
     /// Records the update of so many listed tiles of at most so many texels a side.
@@ -372,28 +354,4 @@ fn flattened(topology: &TileTopology) -> Result<(Vec<u32>, [u32; 2])> {
         made.extend([entry.tile, bits]);
     }
     Ok((made, [first_ring, first_entry]))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn the_layout_is_that_of_the_kernels() {
-        let fields = [
-            ("blank", offset_of!(Ring, blank)),
-            ("rings", offset_of!(Ring, rings)),
-            ("entries", offset_of!(Ring, entries)),
-            ("run", offset_of!(Ring, run)),
-            ("format", offset_of!(Ring, format)),
-            ("room", offset_of!(Ring, room)),
-            ("loose", offset_of!(Ring, loose)),
-            ("density", offset_of!(Ring, density)),
-            ("level", offset_of!(Ring, level)),
-            ("zero", offset_of!(Ring, zero)),
-        ];
-        assert_layout("ring", "Ring", size_of::<Ring>(), &fields);
-    }
 }

@@ -8,26 +8,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::fade::Fade;
 use relievo_gpu::{Access, Buffer, Device, GROUP, Kernel, KernelSpec};
 
 use crate::layers::decay::DecayOptions;
 use crate::texel::Texel;
-
-/// As in `fade.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Work {
-    time: f32,
-    rest: f32,
-    delay: f32,
-    duration: f32,
-    blank: [f32; 4],
-    format: u32,
-    /// To the alignment of the colour.
-    padding: [u32; 3],
-}
 
 /// A block that fades: its number, the words of its texels and then its stamps, and how many texels those are.
 #[derive(Clone, Debug)]
@@ -72,7 +58,7 @@ impl DeviceFade {
             module: "fade",
             entry: "fade",
             groups: &[&[Read, Read, Write]],
-            immediates: size_of::<Work>() as u32,
+            immediates: size_of::<Fade>() as u32,
             constants: &[],
         })?;
         let stamped = Buffer::new(device, "texels that fade", 1)?;
@@ -99,7 +85,7 @@ impl DeviceFade {
         let high = time as f32;
         let DecayOptions { delay, duration } = options;
         let rest = (time - f64::from(high)) as f32;
-        let work = Work { time: high, rest, delay, duration, blank, format, padding: [0; 3] };
+        let work = Fade { time: high, rest, delay, duration, blank, format, padding: [0; 3] };
         let words = |block: &Fading| (block.texels * size_of::<T>()).div_ceil(4);
         let mut left = BTreeMap::new();
         let mut rest = blocks;
@@ -131,7 +117,7 @@ impl DeviceFade {
     }
 
     /// One dispatch over `jobs`, which leave `end` words, `most` of one block at most.
-    fn run(&self, work: &Work, jobs: &[[u32; 4]], end: usize, most: u32) -> Result<Vec<u32>> {
+    fn run(&self, work: &Fade, jobs: &[[u32; 4]], end: usize, most: u32) -> Result<Vec<u32>> {
         let device = &self.device;
         let on_device = Buffer::of(device, "blocks that fade", jobs)?;
         let faded = Buffer::new(device, "what is left", end)?;
@@ -244,25 +230,5 @@ impl Fader {
 
     fn keep<T>(&mut self, made: Result<T>) -> Option<T> {
         made.map_err(|error| self.fault = Some(error)).ok()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn the_layout_is_that_of_the_kernel() {
-        let fields = [
-            ("time", offset_of!(Work, time)),
-            ("rest", offset_of!(Work, rest)),
-            ("delay", offset_of!(Work, delay)),
-            ("duration", offset_of!(Work, duration)),
-            ("blank", offset_of!(Work, blank)),
-            ("format", offset_of!(Work, format)),
-        ];
-        assert_layout("fade", "Fade", size_of::<Work>(), &fields);
     }
 }

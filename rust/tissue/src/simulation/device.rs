@@ -3,38 +3,16 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Pod;
 use glam::{DAffine3, DQuat};
 use relievo_core::{Error, Progress, Result};
+use relievo_gpu::wgsl::tissue::Step;
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, groups};
 
 use super::{CHUNK, Simulation};
 use crate::block::{BLOCK, Row, place};
 use crate::collider::Body;
 use crate::element::Form;
-
-/// As in `tissue.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct Step {
-    gravity: [f32; 3],
-    step: f32,
-    kept: f32,
-    gained: f32,
-    slots: u32,
-    elements: u32,
-    nodes: u32,
-    muscles: u32,
-    drives: u32,
-    bodies: u32,
-    row: u32,
-    loads: u32,
-    boxes: u32,
-    scale_x: f32,
-    scale_y: f32,
-    scale_z: f32,
-    padding: [u32; 2],
-}
 
 /// A device that makes the steps of a simulation, and what it has of it, as long as that does not change.
 #[derive(Debug)]
@@ -348,23 +326,4 @@ fn sent<T: Pod>(device: &Device, label: &str, mut items: Vec<T>) -> Result<Buffe
         items.push(T::zeroed());
     }
     Buffer::of(device, label, &items)
-}
-
-#[cfg(test)]
-mod tests {
-    use relievo_testing::wgsl::assert_layout;
-
-    use super::*;
-
-    #[test]
-    fn a_step_lies_in_memory_as_the_shader_says() {
-        macro_rules! fields {
-            ($($name:ident),*) => { [$((stringify!($name), std::mem::offset_of!(Step, $name))),*] };
-        }
-        let fields = fields!(
-            gravity, step, kept, gained, slots, elements, nodes, muscles, drives, bodies, row, loads, boxes, scale_x,
-            scale_y, scale_z
-        );
-        assert_layout("tissue", "Step", size_of::<Step>(), &fields);
-    }
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, Kernel, KernelSpec, Pass, Readback, groups};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
@@ -76,7 +77,7 @@ impl DeviceBlocks {
                     &MOVED_GROUP,
                     &TILES_GROUP,
                 ],
-                immediates: size_of::<[u32; 2]>() as u32,
+                immediates: size_of::<Step>() as u32,
                 constants,
             })
         };

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
+use relievo_gpu::wgsl::imprint_link::Told;
 use relievo_tiles::Field;
 
 use super::batches::{Batch, batches, most_voxels};
@@ -18,7 +19,7 @@ use super::link::{Ground, Link, MOST_LINKS, Slots, Words};
 use super::meshes::DeviceMeshes;
 use super::moved::Moved;
 use super::rim::{Around, DeviceRims, RimRoom, volumes};
-use super::shared::{Shared, Told, parse};
+use super::shared::{Shared, check, parse};
 use super::slots::{places, slots, works};
 use super::smoothing::{BoundTiles, DeviceSmoothing};
 use super::stages::{Stages, Target};
@@ -150,7 +151,7 @@ impl DeviceChain {
             self.enlarge([found, made.kept, slot_count])?;
         };
         targets.iter_mut().for_each(|target| target.state.settle_culling());
-        told.iter().try_for_each(Told::check)?;
+        told.iter().try_for_each(check)?;
         let place = |(place, record): (u32, &Record)| ((record.link(), record.tile, record.block()), place);
         self.kept = (0..).zip(&records).map(place).collect();
         Ok(casts(targets, links, &told, &records, &moved))

@@ -4,6 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DAffine3;
 use relievo_core::Context;
+use relievo_gpu::wgsl::imprint_link;
 
 use super::meshes::Place;
 use super::rising::Rising;
@@ -91,54 +92,10 @@ impl Link {
     }
 }
 
-/// As `Link` in the kernels.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Words {
-    lattice_x: [i32; 3],
-    points: u32,
-    lattice_y: [i32; 3],
-    shift: u32,
-    lattice_z: [i32; 3],
-    scale: f32,
-    lattice_origin: [i32; 3],
-    first_point: u32,
-    lattice_low: [u32; 3],
-    first_index: u32,
-    lattice_high: [u32; 3],
-    triangles: u32,
-    dims: [u32; 3],
-    flags: u32,
-    x: [f32; 4],
-    y: [f32; 4],
-    z: [f32; 4],
-    origin: [f32; 3],
-    tiles: u32,
-    share: f32,
-    max_displacement: f32,
-    depth: f32,
-    deepest: i32,
-    first_corner: u32,
-    first_work: u32,
-    slots: u32,
-    stride: u32,
-    room: u32,
-    records: u32,
-    zero: u32,
-    first_turn: u32,
-    first_column: u32,
-    first_word: u32,
-    next: u32,
-    wave: u32,
-    strength: f32,
-    block_words: u32,
-    blocks: u32,
-    parts: u32,
-    ring_parts: u32,
-    rings: u32,
-    entries: u32,
-    steep: f32,
-}
+/// The parameters of an imprint for the kernels.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Words(imprint_link::Link);
 
 /// Imprints that are submitted together at most.
 pub(crate) const MOST_LINKS: usize = 64;
@@ -203,7 +160,7 @@ impl Words {
             | flag(place.triangles.len() <= MOST_NARROW as usize, NARROW)
             | flag(link.rising.is_some(), RISING);
         let Slots { base, stride } = ground.slots.unwrap_or(Slots { base: 0, stride: 0 });
-        Self {
+        Self(imprint_link::Link {
             lattice_x: rows[0],
             points: place.points.len() as u32,
             lattice_y: rows[1],
@@ -247,123 +204,63 @@ impl Words {
             rings: 0,
             entries: 0,
             steep: steep(grid),
-        }
+        })
     }
 
     /// Says how many blocks, records and blocks of tiles there is room for.
     pub fn set_room(&mut self, room: [usize; 3]) {
-        [self.room, self.records, self.blocks] = room.map(|count| count as u32);
+        [self.0.room, self.0.records, self.0.blocks] = room.map(|count| count as u32);
     }
 
     /// Has imprints before it, and after it, of the submission meet in blocks of tiles, which are worked on.
     pub fn work_on(&mut self, work: &Work) {
-        self.flags = self.flags & !CHAINED | WORKED;
-        self.block_words = work.words;
-        [self.parts, self.ring_parts, self.rings, self.entries] =
+        self.0.flags = self.0.flags & !CHAINED | WORKED;
+        self.0.block_words = work.words;
+        [self.0.parts, self.0.ring_parts, self.0.rings, self.0.entries] =
             [work.parts, work.ring_parts, work.rings, work.entries];
     }
 
     /// The same imprint in another grid, by itself.
     pub fn in_grid(&self, grid: &Grid, transform: &DAffine3) -> Self {
         let (view, [x, y, z]) = view(grid, transform);
-        Self { dims: grid.dims, x, y, z, origin: view.origin, next: NONE, ..*self }
+        Self(imprint_link::Link { dims: grid.dims, x, y, z, origin: view.origin, next: NONE, ..self.0 })
     }
 
     /// Whether imprints before it, or after it, of the submission meet the same object.
     pub fn is_chained(&self) -> bool {
-        self.flags & (CHAINED | WORKED) != 0
+        self.0.flags & (CHAINED | WORKED) != 0
     }
 
     /// Words of a block of tiles that are worked on.
     pub fn block_words(&self) -> usize {
-        self.block_words as usize
+        self.0.block_words as usize
     }
 
     /// How many points and triangles its collider has.
     pub fn mesh(&self) -> [u32; 2] {
-        [self.points, self.triangles]
+        [self.0.points, self.0.triangles]
     }
 
     /// Voxels along every axis of the grid.
     pub fn dims(&self) -> [u32; 3] {
-        self.dims
+        self.0.dims
     }
 
     /// Says where its points on the lattice, the work of its triangles, its winding numbers, its columns and their bits
     /// begin, and which is the first of the imprints whose winding numbers are there at once with its own.
     pub fn lie_at(&mut self, places: [usize; 5], wave: usize) {
-        [self.first_corner, self.first_work, self.first_turn, self.first_column, self.first_word] =
+        [self.0.first_corner, self.0.first_work, self.0.first_turn, self.0.first_column, self.0.first_word] =
             places.map(|place| place as u32);
-        self.wave = wave as u32;
+        self.0.wave = wave as u32;
     }
 
     /// Has the imprint `next` of the same object taken together with it.
     pub fn go_on_with(&mut self, next: usize) {
-        self.next = next as u32;
+        self.0.next = next as u32;
     }
 
     /// Whether it may be taken together with others of the same object.
     pub fn is_for_row(&self) -> bool {
-        self.flags & (RISING | WORKED) == 0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn the_layout_is_that_of_the_kernels() {
-        macro_rules! fields {
-            ($($name:ident),*) => { [$((stringify!($name), offset_of!(Words, $name))),*] };
-        }
-        let link = fields!(
-            lattice_x,
-            points,
-            lattice_y,
-            shift,
-            lattice_z,
-            scale,
-            lattice_origin,
-            first_point,
-            lattice_low,
-            first_index,
-            lattice_high,
-            triangles,
-            dims,
-            flags,
-            x,
-            y,
-            z,
-            origin,
-            tiles,
-            share,
-            max_displacement,
-            depth,
-            deepest,
-            first_corner,
-            first_work,
-            slots,
-            stride,
-            room,
-            records,
-            zero,
-            first_turn,
-            first_column,
-            first_word,
-            next,
-            wave,
-            strength,
-            block_words,
-            blocks,
-            parts,
-            ring_parts,
-            rings,
-            entries,
-            steep
-        );
-        assert_layout("imprint_link", "Link", size_of::<Words>(), &link);
+        self.0.flags & (RISING | WORKED) == 0
     }
 }

@@ -7,8 +7,9 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Error, Result};
+use relievo_gpu::wgsl::imprint_link::Step;
+use relievo_gpu::wgsl::imprint_rim::{Rim, RimTold};
 use relievo_gpu::{
     Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, groups as groups_of, wgpu,
 };
@@ -24,20 +25,6 @@ use super::shared::{Shared, parse, step};
 use super::voxel::DeviceVoxels;
 use crate::imprint::rim::{Volumes, check_bytes};
 
-/// As `Rim` in the kernels.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct Rim {
-    share: f32,
-    width: f32,
-    highest: f32,
-    pieces: u32,
-    cells: u32,
-    borders: u32,
-    first_place: u32,
-    blocks: u32,
-}
-
 /// An imprint of which something rises.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Around {
@@ -46,17 +33,6 @@ pub(super) struct Around {
     pub words: Words,
     /// Where the blocks of its object begin, and how many a tile has.
     pub places: [u32; 2],
-}
-
-/// As `RimTold` in the kernels.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct RimTold {
-    spacing: u32,
-    edges: u32,
-    borders: u32,
-    cells: u32,
-    faults: u32,
 }
 
 /// Blocks, cells, of which there is a power of two, and borders that there is room for.
@@ -143,7 +119,7 @@ impl RimKernels {
         (module, constants): (&'static str, &[(&str, f64)]),
         triangles: bool,
     ) -> Result<Self> {
-        let immediates = size_of::<[u32; 2]>() as u32;
+        let immediates = size_of::<Step>() as u32;
         let kernel =
             |module, entry, constants| device.kernel(&KernelSpec { module, entry, groups, immediates, constants });
         Ok(Self([
@@ -225,7 +201,7 @@ impl RimStages {
         let told: Vec<Rim> = rims.iter().map(|it| it.as_ref().map_or(Rim::default(), rim)).collect();
         self.rims.write(device, 0, &told)?;
         let words = rims.iter().map(|it| {
-            let mut words = it.as_ref().map_or_else(Words::zeroed, |it| it.words);
+            let mut words = it.as_ref().map_or_else(Words::default, |it| it.words);
             words.set_room([pieces, 0, 0]);
             words
         });
@@ -307,7 +283,7 @@ impl DeviceRims {
         bend: bool,
     ) -> Result<Self> {
         let own = [&RIM_OWN[..], &[Access::Read]].concat();
-        let immediates = size_of::<[u32; 2]>() as u32;
+        let immediates = size_of::<Step>() as u32;
         let gather = |constants: &[(&str, f64)]| {
             let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &MOVED_GROUP, &RIM_GROUP];
             device.kernel(&KernelSpec { module: "imprint_rim_gather", entry: "gather", groups, immediates, constants })
@@ -400,8 +376,7 @@ mod tests {
     use crate::imprint::settings::ImprintSettings;
     use crate::object::shapes;
     use glam::{DAffine3, DMat3, DVec3};
-    use relievo_testing::{device, wgsl::assert_layout};
-    use std::mem::offset_of;
+    use relievo_testing::device;
 
     #[test]
     fn what_rises_is_what_the_processor_raises() {
@@ -442,16 +417,5 @@ mod tests {
         }
         println!("{apart} of {all} coefficients are more than one half apart");
         assert!(risen > 500 && apart * 10_000 < all, "{apart} of {all}, {risen}");
-    }
-
-    #[test]
-    fn the_layouts_are_those_of_the_kernels() {
-        macro_rules! fields {
-            ($of:ident: $($name:ident),*) => { [$((stringify!($name), offset_of!($of, $name))),*] };
-        }
-        let rim = fields!(Rim: share, width, highest, pieces, cells, borders, first_place, blocks);
-        assert_layout("imprint_rim", "Rim", size_of::<Rim>(), &rim);
-        let told = fields!(RimTold: spacing, edges, borders, cells, faults);
-        assert_layout("imprint_rim", "RimTold", size_of::<RimTold>(), &told);
     }
 }

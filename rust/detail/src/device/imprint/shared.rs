@@ -2,47 +2,25 @@
 
 use std::ops::Range;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::imprint_link::{Step, Told};
 use relievo_gpu::{Buffer, Device, Frame, Readback};
 
 use super::link::{MOST_LINKS, Words};
 
-/// The counters of an imprint. As stored in buffers.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(super) struct Told {
-    /// Blocks that were found, whether or not there was room for them.
-    pub found: u32,
-    /// Rays that were held at the border of the grid.
-    pub clamped: u32,
-    pub tiles: u32,
-    /// Faults in voxelising.
-    faults: u32,
-    /// Coefficients that were looked at.
-    pub tested: u32,
-    /// The work of the triangles, see the kernels.
-    work: u32,
-    /// Blocks that it changed, where these are smoothed.
-    changed: u32,
-    unused: u32,
-}
-
-impl Told {
-    /// Fails if the voxels are not those of the collider.
-    pub fn check(&self) -> Result<()> {
-        if self.faults & 1 != 0 {
-            return Err(Error::unsupported(
-                "the collider reaches too far beyond the overlap to be voxelised on a graphics device",
-            )
-            .advise("cut the collider down, make the objects that collide closer in size, or use the device `cpu`"));
-        }
-        if self.faults & 2 != 0 {
-            return Err(Error::unsupported("the collider covers the voxel grid too many times for a graphics device")
-                .advise("use fewer voxels or a coarser collider, or the device `cpu`"));
-        }
-        Ok(())
+/// Fails if the voxels are not those of the collider.
+pub(super) fn check(told: &Told) -> Result<()> {
+    if told.faults & 1 != 0 {
+        return Err(Error::unsupported(
+            "the collider reaches too far beyond the overlap to be voxelised on a graphics device",
+        )
+        .advise("cut the collider down, make the objects that collide closer in size, or use the device `cpu`"));
     }
+    if told.faults & 2 != 0 {
+        return Err(Error::unsupported("the collider covers the voxel grid too many times for a graphics device")
+            .advise("use fewer voxels or a coarser collider, or the device `cpu`"));
+    }
+    Ok(())
 }
 
 /// Words of the counters before those of the first imprint.
@@ -112,8 +90,8 @@ impl Shared {
 }
 
 /// The immediate data of a dispatch over `links`.
-pub(super) fn step(links: Range<usize>) -> [u32; 2] {
-    [links.start as u32, links.len() as u32]
+pub(super) fn step(links: Range<usize>) -> Step {
+    Step { link: links.start as u32, count: links.len() as u32 }
 }
 
 /// How many blocks changed in all imprints and how many tiles were worked on, and the counters of each imprint, from
@@ -122,20 +100,4 @@ pub(super) fn parse(words: &[u32]) -> ([usize; 2], Vec<Told>) {
     let (first, each) = words.split_at(FIRST.min(words.len()));
     let count = |at: usize| first.get(at).map_or(0, |count| *count as usize);
     ([count(0), count(1)], bytemuck::cast_slice(each).to_vec())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn the_layout_is_that_of_the_kernels() {
-        macro_rules! fields {
-            ($($name:ident),*) => { [$((stringify!($name), offset_of!(Told, $name))),*] };
-        }
-        let told = fields!(found, clamped, tiles, faults, tested, work, changed);
-        assert_layout("imprint_snap", "Told", size_of::<Told>(), &told);
-    }
 }

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use half::f16;
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, groups};
 use relievo_tiles::{BoundRing, DeviceRing, DeviceTiles, Field, WorkedBlocks};
 
@@ -62,7 +63,7 @@ impl Kernels {
     fn new(device: &Device) -> Result<Self> {
         use Access::{Read, Write};
         let kernel = |module, entry, group: &[Access]| {
-            let immediates = size_of::<[u32; 2]>() as u32;
+            let immediates = size_of::<Step>() as u32;
             device.kernel(&KernelSpec { module, entry, groups: &[group], immediates, constants: &[] })
         };
         let touching = [Read, Write, Write, Read, Write, Write, Write, Write, Read];

@@ -8,6 +8,7 @@
 
 use half::f16;
 use relievo_core::{Context, Error, Result};
+use relievo_gpu::wgsl::imprint_link::Told;
 use relievo_gpu::{Bindings, Buffer, Device, GROUP, Pass, groups};
 use relievo_surface::DeviceMesh;
 use relievo_tiles::triangle::TriangleField;
@@ -17,7 +18,7 @@ use super::blocks::Record;
 use super::link::{Ground, Link, MOST_LINKS, Slots, Words};
 use super::meshes::DeviceMeshes;
 use super::rim::{Around, RimRoom, RimStages, volumes};
-use super::shared::{Shared, Told, parse, step};
+use super::shared::{Shared, check, parse, step};
 use super::triangle_press::{CASTING, CULLING, TrianglePress, parts};
 use super::triangle_rim::BoundRim;
 use super::triangle_smoothing::{Beside, BoundMesh, TriangleSmoothing};
@@ -203,7 +204,7 @@ impl TriangleChain {
                 self.records = Buffer::new(&self.device, "changed values", made.kept + made.kept / 4)?;
             }
         };
-        told.iter().try_for_each(Told::check)?;
+        told.iter().try_for_each(check)?;
         Ok(casts(links, &told, &records, &moved))
     }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use half::f16;
 use relievo_core::Result;
+use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, wgpu};
 use relievo_surface::MESH_GROUP;
 use relievo_tiles::triangle::{DeviceTriangles, Offset, Pattern, TRIANGLES_GROUP, TriangleField};
@@ -65,7 +66,7 @@ impl TrianglePress {
     fn new(device: &Device, object: &TriangleObject) -> Result<Self> {
         let (field, vectors) = (object.displacement().field(), object.ground().vectors);
         let (pattern, faces) = (field.pattern(), field.topology().face_count());
-        let immediates = size_of::<[u32; 2]>() as u32;
+        let immediates = size_of::<Step>() as u32;
         let constants = constants(pattern, vectors.is_some());
         let culling = device.kernel(&KernelSpec {
             module: "triangle_imprint_cull",

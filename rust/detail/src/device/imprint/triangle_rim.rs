@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use relievo_core::Result;
+use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups, wgpu};
 use relievo_surface::{DeviceMesh, MESH_GROUP};
 use relievo_tiles::triangle::{DeviceTriangles, TRIANGLES_GROUP};
@@ -43,7 +44,7 @@ impl RimMesh {
     /// For a mesh whose kernels have these constants: segments, parts of a block, and whether there are vectors. Fails where
     /// the device does.
     pub fn new(device: &Device, [segments, parts, vectors]: [(&'static str, f64); 3]) -> Result<Self> {
-        let immediates = size_of::<[u32; 2]>() as u32;
+        let immediates = size_of::<Step>() as u32;
         let own = own();
         let groups: &[&[Access]] = &[&own, &MESH_GROUP, &TRIANGLES_GROUP, &RIM_GROUP];
         let kernel = |module, entry, groups: &[&[Access]], constants: &[(&str, f64)]| {

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, groups, wgpu};
 use relievo_surface::{DeviceMesh, MESH_GROUP};
 use relievo_tiles::triangle::{DeviceTriangles, TRIANGLES_GROUP};
@@ -87,7 +88,7 @@ impl SmoothedMesh {
     /// For a mesh of so many faces, whose kernels have these `constants` and take so many parts of 256 values. Fails where
     /// the device has no room.
     pub fn new(device: &Device, faces: usize, constants: &[(&str, f64)], parts: u32) -> Result<Self> {
-        let immediates = size_of::<[u32; 2]>() as u32;
+        let immediates = size_of::<Step>() as u32;
         let find = FIND.map(|entry| {
             let groups: &[&[Access]] = &[&TOUCHING, &MESH_GROUP];
             let constants: Vec<_> = constants.iter().copied().filter(|(name, _)| *name == "PARTS").collect();

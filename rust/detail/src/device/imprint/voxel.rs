@@ -7,6 +7,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
 
 use super::batches::Batch;
@@ -78,7 +79,7 @@ impl Work {
     ) -> Result<Self> {
         let (accesses, buffers): (Vec<_>, Vec<_>) = bound.iter().copied().unzip();
         let groups: &[&[Access]] = &[&accesses];
-        let immediates = size_of::<[u32; 2]>() as u32;
+        let immediates = size_of::<Step>() as u32;
         let kernel = device.kernel(&KernelSpec { module, entry, groups, immediates, constants: &[] })?;
         let buffers = device.bind(&kernel, 0, &buffers)?;
         Ok(Self { kernel, buffers })
@@ -199,7 +200,7 @@ mod tests {
     use crate::device::imprint::batches::batches;
     use crate::device::imprint::link::{Ground, Link, Words};
     use crate::device::imprint::meshes::Place;
-    use crate::device::imprint::shared::{Told, parse};
+    use crate::device::imprint::shared::{check, parse};
     use crate::geometry::grid::Grid;
     use crate::geometry::obb::Obb;
     use crate::geometry::scanline::{FINE, NO_HEIGHT, height_stride};
@@ -209,6 +210,7 @@ mod tests {
     use crate::object::shapes::{self, Soup};
     use glam::{DAffine3, DMat3, DVec3, EulerRot};
     use relievo_core::Context;
+    use relievo_gpu::wgsl::imprint_link::Told;
     use relievo_testing::device;
 
     /// Voxels of a collider, its box, and what was told.
@@ -299,7 +301,7 @@ mod tests {
         let mut voxels = Voxels::default();
         voxels.fill(&context, grid, &solid, None, side).unwrap();
         let Made { spans, words, told, .. } = voxelise(device, &collider, grid, (side, closed), None);
-        told.check().unwrap();
+        check(&told).unwrap();
         let [nx, ny, nz] = grid.dims;
         let (spans, ends) = spans.split_at((nx * ny) as usize);
         assert!(voxels.columns().spans == spans, "{:?} {side:?}", grid.dims);
@@ -457,7 +459,7 @@ mod tests {
         let lattice = collider.lattice(&grid).unwrap();
         let made = |moved| voxelise(&device, &collider, &grid, (Side::Forward, true), moved);
         let Made { corners, extrema, told, .. } = made(None);
-        told.check().unwrap();
+        check(&told).unwrap();
         // The box along the axes of the grid, of all points and of no others.
         for axis in 0..3 {
             let along = || corners.iter().map(|corner| corner[axis]);
@@ -469,7 +471,7 @@ mod tests {
             assert_eq!(corner[..3].iter().map(|it| i64::from(*it)).collect::<Vec<_>>(), place);
         }
         for lost in [1e9, f32::NAN] {
-            let told = made(Some([0.1, lost, 0.2])).told.check();
+            let told = check(&made(Some([0.1, lost, 0.2])).told);
             assert!(told.unwrap_err().to_string().contains("too far"));
         }
     }

@@ -10,11 +10,12 @@
 use std::collections::BTreeMap;
 
 use relievo_core::Result;
+use relievo_gpu::wgsl::brush_edit::Edit;
 use relievo_gpu::{Access, Buffer, Device, Frame, KernelSpec, Pass, PassTime};
 use relievo_surface::{DeviceSurface, Link, RingClass, SURFACE_GROUP};
 use relievo_tiles::{Channel, DeviceRing, DeviceTiles, Field, TILES_GROUP, Texel, Vector};
 
-use super::events::{DeviceEvents, DeviceTile, Edit, Ended, Returned, WORDS};
+use super::events::{DeviceEvents, DeviceTile, Ended, Returned, WORDS};
 use super::intersect::DeviceIntersection;
 use super::memory::{BlockState, DeviceMemory, MOST_DABS, Tested};
 use super::smear::{ACCESS, DeviceSmear};

@@ -4,11 +4,12 @@
 use glam::{DAffine3, Vec4};
 use half::f16;
 use relievo_core::{Context, Result};
+use relievo_gpu::wgsl::brush_edit::Edit;
 use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, Vector};
 
 use super::brush::{DeviceBrush, DeviceGround, Event, Stage};
 use super::colors::DeviceColors;
-use super::events::{DeviceTile, Edit};
+use super::events::{DeviceTile, edit_by, leave};
 use super::smear::PICTURES;
 use crate::device::state::{DeviceObject, bring};
 use crate::object::DisplacedObject;
@@ -206,7 +207,7 @@ pub(crate) fn smudges_of<'a>(
             Some(before) => *before = smudge,
             None => last.push(smudge),
         }
-        edit.leave(picture);
+        leave(edit, picture);
         smudges.push((smudge, picture));
     }
     let together = smudges.is_empty() || smudges.len() == dabs.len();
@@ -217,7 +218,7 @@ pub(crate) fn smudges_of<'a>(
 pub(crate) fn edits_of(transform: &DAffine3, dabs: &[Dab], blank: Vec4) -> Vec<(BrushParameters, Edit)> {
     let edit = |dab: &Dab| {
         let brush = BrushParameters::new(&dab.brush, dab.strength, transform);
-        let mut edit = Edit::new(&brush, dab.brush.stamp());
+        let mut edit = edit_by(&brush, dab.brush.stamp());
         edit.blank = blank.to_array();
         match dab.action {
             Action::Sculpt { mode, height } => (edit.mode, edit.height) = (mode as u32, height),

@@ -5,68 +5,43 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use half::f16;
 use relievo_core::Result;
+use relievo_gpu::wgsl::brush_edit::Edit;
+use relievo_gpu::wgsl::brush_manage::Memory;
 use relievo_gpu::{Bindings, Buffer, Device, Frame, Kernel, Pass, PassTime, wgpu};
 use relievo_tiles::triangle::Offset;
 use relievo_tiles::{Rgba8, Rgba16, Texel, Vector};
 
-use super::memory::{BlockState, DeviceMemory, MOST_DABS, Memory, Tested};
+use super::memory::{BlockState, DeviceMemory, MOST_DABS, Tested, used};
 use crate::paint::stamp::Stamp;
 use crate::paint::weights::BrushParameters;
 
-/// What a dab does to texels, as in `brush_edit.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Edit {
-    rows: [[f32; 4]; 3],
-    origin: [f32; 3],
-    falloff: u32,
-    strength: f32,
-    /// What is drawn where the share is 1, object units.
-    pub height: f32,
-    unit: f32,
-    /// The number of the mode.
-    pub mode: u32,
-    dab: u32,
-    /// Words of a block's room.
-    pub(crate) room: u32,
-    /// Bits, see [`WIDE`] and what follows.
-    pub flags: u32,
-    /// Segments along the side of a triangle; 0 on tiles.
-    pub segments: u32,
-    /// The colour of the brush.
-    pub color: [f32; 4],
-    /// The colour of what is not painted.
-    pub blank: [f32; 4],
+/// Returns an edit by a brush in mode 0, without a height and a colour, with the image of the brush if it has one.
+pub(super) fn edit_by(brush: &BrushParameters, stamp: Option<&Stamp>) -> Edit {
+    let ([row_x, row_y, row_z], [x, y, z, _]) = (brush.rows, brush.origin);
+    let over = |stamp: &Stamp| if stamp.is_turned_over() { TURNED_OVER } else { 0 };
+    Edit {
+        flags: stamp.map_or(0, |stamp| STAMPED | over(stamp)),
+        row_x,
+        row_y,
+        row_z,
+        origin: [x, y, z],
+        falloff: brush.falloff,
+        strength: brush.strength,
+        unit: brush.unit(),
+        ..Edit::default()
+    }
 }
 
-impl Edit {
-    /// An edit by a brush in mode 0, without a height and a colour, with the image of the brush if it has one.
-    pub fn new(brush: &BrushParameters, stamp: Option<&Stamp>) -> Self {
-        let [x, y, z, _] = brush.origin;
-        let over = |stamp: &Stamp| if stamp.is_turned_over() { TURNED_OVER } else { 0 };
-        Self {
-            flags: stamp.map_or(0, |stamp| STAMPED | over(stamp)),
-            rows: brush.rows,
-            origin: [x, y, z],
-            falloff: brush.falloff,
-            strength: brush.strength,
-            unit: brush.unit(),
-            ..Self::zeroed()
-        }
-    }
+/// Has the kernel leave one of the pictures that brushes carry.
+pub(super) fn leave(edit: &mut Edit, picture: usize) {
+    edit.flags |= (picture as u32) << SMEAR_SHIFT;
+}
 
-    /// Has the kernel leave one of the pictures that brushes carry.
-    pub fn leave(&mut self, picture: usize) {
-        self.flags |= (picture as u32) << SMEAR_SHIFT;
-    }
-
-    /// Has the kernel leave vectors as they are kept, for the dabs that follow in the same event.
-    pub fn round(&mut self) {
-        self.flags |= ROUNDED;
-    }
+/// Has the kernel leave vectors as they are kept, for the dabs that follow in the same event.
+pub(crate) fn keep_rounded(edit: &mut Edit) {
+    edit.flags |= ROUNDED;
 }
 
 /// Texels that a device edits.
@@ -300,7 +275,7 @@ impl DeviceEvents {
             let never = needed <= there || memory.bytes(needed) > most;
             return Ok(if never { Ended::Never } else { Ended::Short(needed) });
         }
-        let used = header.used(memory.capacity());
+        let used = used(&header, memory.capacity());
         self.expected = used;
         let (mut states, mut blocks) = (states.get(device)?, blocks.get(device)?);
         if used > few {
@@ -347,36 +322,4 @@ fn editing(
     ];
     bound.extend(tables);
     device.bind(kernel, 0, &bound)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn the_layout_is_that_of_the_kernels() {
-        let rows = offset_of!(Edit, rows);
-        let fields = [
-            ("row_x", rows),
-            ("row_y", rows + 16),
-            ("row_z", rows + 32),
-            ("origin", offset_of!(Edit, origin)),
-            ("falloff", offset_of!(Edit, falloff)),
-            ("strength", offset_of!(Edit, strength)),
-            ("height", offset_of!(Edit, height)),
-            ("unit", offset_of!(Edit, unit)),
-            ("mode", offset_of!(Edit, mode)),
-            ("dab", offset_of!(Edit, dab)),
-            ("room", offset_of!(Edit, room)),
-            ("flags", offset_of!(Edit, flags)),
-            ("segments", offset_of!(Edit, segments)),
-            ("color", offset_of!(Edit, color)),
-            ("blank", offset_of!(Edit, blank)),
-        ];
-        for module in ["brush_sculpt", "brush_paint", "brush_bend", "triangle_brush"] {
-            assert_layout(module, "Edit", size_of::<Edit>(), &fields);
-        }
-    }
 }

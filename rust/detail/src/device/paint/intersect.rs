@@ -7,8 +7,8 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::brush::{BrushTile, Intersect};
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{Field, Texel, Vector};
@@ -17,29 +17,10 @@ use super::memory::DeviceMemory;
 use crate::paint::ground::Ground;
 use crate::paint::weights::BrushParameters;
 
-/// As in `brush.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-struct BrushTile {
-    reach: f32,
-    size: u32,
-}
-
-/// As in `brush.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct Intersect {
-    rows: [[f32; 4]; 3],
-    origin: [f32; 3],
-    tiles: u32,
-}
-
-impl Intersect {
-    /// A brush against so many tiles or triangles.
-    pub fn new(brush: &BrushParameters, tiles: u32) -> Self {
-        let [x, y, z, _] = brush.origin;
-        Self { rows: brush.rows, origin: [x, y, z], tiles }
-    }
+/// Returns the work of a brush against so many tiles or triangles.
+pub(super) fn work(brush: &BrushParameters, tiles: u32) -> Intersect {
+    let ([row_x, row_y, row_z], [x, y, z, _]) = (brush.rows, brush.origin);
+    Intersect { row_x, row_y, row_z, origin: [x, y, z], tiles }
 }
 
 /// Boxes of tiles, and how far they are displaced.
@@ -150,30 +131,8 @@ impl<T: Texel> DeviceIntersection<T> {
     /// Records which sets tiles of `surface` are in for a brush.
     pub fn intersect(&self, pass: &mut Pass<'_>, surface: &DeviceSurface, brush: &BrushParameters) -> Result<()> {
         let tiles = self.known.len() as u32;
-        let work = Intersect::new(brush, tiles);
+        let work = work(brush, tiles);
         let size = groups(tiles.div_ceil(GROUP));
         pass.run(&self.intersect, &[&self.buffers, surface.group()], bytemuck::bytes_of(&work), size)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn the_layouts_are_those_of_the_kernels() {
-        let tile = [("reach", offset_of!(BrushTile, reach)), ("size", offset_of!(BrushTile, size))];
-        assert_layout("brush_intersect", "BrushTile", size_of::<BrushTile>(), &tile);
-        let rows = offset_of!(Intersect, rows);
-        let work = [
-            ("row_x", rows),
-            ("row_y", rows + 16),
-            ("row_z", rows + 32),
-            ("origin", offset_of!(Intersect, origin)),
-            ("tiles", offset_of!(Intersect, tiles)),
-        ];
-        assert_layout("brush_intersect", "Intersect", size_of::<Intersect>(), &work);
     }
 }

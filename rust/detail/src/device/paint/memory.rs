@@ -9,30 +9,8 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::brush_manage::{Manage, Memory};
 use relievo_gpu::{Access, Bindings, Buffer, Compaction, Device, Frame, GROUP, Kernel, KernelSpec, Pass, groups};
-
-/// As in `brush_manage.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Manage {
-    capacity: u32,
-    stride: u32,
-    dab: u32,
-    parts: u32,
-}
-
-/// As in `brush_manage.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Memory {
-    free: u32,
-    fewest: u32,
-    /// Tiles that got no block.
-    pub refused: u32,
-    padding: u32,
-    edit: [u32; 3],
-    end: u32,
-}
 
 /// What is known of a block, as in `brush.wgsl`.
 #[repr(C)]
@@ -49,6 +27,8 @@ pub(crate) struct BlockState {
     /// Bits of the dabs that changed the texel at each corner. Of triangles, the first has bits of the parts that changed.
     pub corners: [u32; 4],
 }
+
+const _: () = assert!(size_of::<BlockState>() == 4 * 8);
 
 /// What a dab found, as in `brush_edit.wgsl`.
 #[repr(C)]
@@ -203,36 +183,7 @@ impl DeviceMemory {
     pub const EDIT: usize = std::mem::offset_of!(Memory, edit) / size_of::<u32>();
 }
 
-impl Memory {
-    /// How many blocks, from the first, were ever taken of a heap with that `capacity`.
-    pub fn used(&self, capacity: u32) -> u32 {
-        capacity.saturating_sub(self.fewest)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn the_layouts_are_those_of_the_kernels() {
-        let manage = [
-            ("capacity", offset_of!(Manage, capacity)),
-            ("stride", offset_of!(Manage, stride)),
-            ("dab", offset_of!(Manage, dab)),
-            ("parts", offset_of!(Manage, parts)),
-        ];
-        assert_layout("brush_manage", "Manage", size_of::<Manage>(), &manage);
-        let memory = [
-            ("free", offset_of!(Memory, free)),
-            ("fewest", offset_of!(Memory, fewest)),
-            ("refused", offset_of!(Memory, refused)),
-            ("edit", offset_of!(Memory, edit)),
-        ];
-        assert_layout("brush_manage", "Memory", size_of::<Memory>(), &memory);
-        assert_eq!(size_of::<BlockState>(), 4 * 8);
-        assert_eq!(offset_of!(BlockState, corners), 4 * 4);
-    }
+/// Returns how many blocks, from the first, were ever taken of a heap with that `capacity`.
+pub(super) fn used(memory: &Memory, capacity: u32) -> u32 {
+    capacity.saturating_sub(memory.fewest)
 }

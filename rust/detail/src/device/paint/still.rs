@@ -3,24 +3,12 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::Result;
+use relievo_gpu::wgsl::brush_still::Still;
 use relievo_gpu::{Access, Bindings, Device, Frame, Kernel, KernelSpec, wgpu};
 use relievo_tiles::{BoundRing, DeviceRing, DeviceTiles, Texel, WorkedBlocks};
 
 use super::memory::DeviceMemory;
-
-/// As in `brush_still.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Still {
-    blank: [u32; 2],
-    dab: u32,
-    room: u32,
-    halves: u32,
-    /// To the alignment of two words.
-    padding: u32,
-}
 
 /// The kernels that make blocks ready for such dabs.
 #[derive(Debug)]
@@ -91,23 +79,5 @@ impl<T: Texel> BoundStill<'_, T> {
             self.ring.0.update_indirect(&mut pass, &self.ring.1, self.blank, arguments)?;
         }
         pass.run_indirect(&self.kernels.keep, &groups, work, arguments.0, arguments.1)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn the_layout_is_that_of_the_kernels() {
-        let fields = [
-            ("blank", offset_of!(Still, blank)),
-            ("dab", offset_of!(Still, dab)),
-            ("room", offset_of!(Still, room)),
-            ("halves", offset_of!(Still, halves)),
-        ];
-        assert_layout("brush_still", "Still", size_of::<Still>(), &fields);
     }
 }

@@ -7,14 +7,15 @@
 
 use std::sync::Arc;
 
-use bytemuck::Zeroable;
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::brush::Intersect;
+use relievo_gpu::wgsl::brush_edit::Edit;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceMesh, MESH_GROUP};
 use relievo_tiles::triangle::{DeviceTriangles, Offset, Pattern, TRIANGLES_GROUP, TriangleField};
 
-use super::events::{DeviceEvents, DeviceTexel, DeviceValue, Edit, Ended, Returned, WORDS};
-use super::intersect::Intersect;
+use super::events::{DeviceEvents, DeviceTexel, DeviceValue, Ended, Returned, WORDS};
+use super::intersect;
 use super::memory::{BlockState, DeviceMemory, MOST_DABS};
 use super::smear::{ACCESS, DeviceSmear};
 use crate::paint::smudge::Smudge;
@@ -191,7 +192,7 @@ impl TriangleBrush {
             let groups = [mesh.group(), &places, values.group()];
             let (kernel, sets, count) = (&self.intersect, &self.sets, self.known.len() as u32);
             let intersect = |pass: &mut Pass<'_>, brush: &BrushParameters| {
-                let (work, size) = (Intersect::new(brush, count), groups_of(count));
+                let (work, size) = (intersect::work(brush, count), groups_of(count));
                 pass.run(kernel, &[sets, mesh.group()], bytemuck::bytes_of(&work), size)
             };
             let (room, keeps) = (self.events.memory().room(), self.events.memory().keeps());
@@ -203,7 +204,7 @@ impl TriangleBrush {
                 if !looks_beside {
                     return Ok(());
                 }
-                let mut work = Edit::zeroed();
+                let mut work = Edit::default();
                 work.room = room;
                 let groups = [events.editing(), groups[0], groups[1], groups[2]];
                 let mut pass = frame.pass("dab.keep");

@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Error, Result};
+use relievo_gpu::wgsl::progressive_spread::Depths;
 use relievo_gpu::{Access, Bindings, Buffer, GROUP, Kernel, KernelSpec, Pass, groups};
 
 use super::hierarchy::{DeviceHierarchy, by_depth};
@@ -21,14 +21,6 @@ const NEIGHBOURS: usize = 4096;
 /// Splits of a depth that one workgroup takes along with other depths, and turns that its invocations take at most.
 const FEW: u32 = 1024;
 const TURNS: u32 = 1 << 15;
-
-/// As in `progressive_spread.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Depths {
-    last: u32,
-    count: u32,
-}
 
 /// In `stars`, above the node of a vertex around: its edge to the first vertex of the split is a border; shifted by 1, that
 /// to the second.
@@ -199,14 +191,6 @@ fn steps(ends: &[u32], rings: &[u32]) -> Vec<Step> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let depths = [("last", offset_of!(Depths, last)), ("count", offset_of!(Depths, count))];
-        assert_layout("progressive_spread", "Depths", size_of::<Depths>(), &depths);
-    }
 
     #[test]
     fn depths_are_looked_at_from_the_least_and_small_ones_together() {

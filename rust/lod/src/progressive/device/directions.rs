@@ -4,8 +4,9 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::progressive_directions::DirectionsCall;
+use relievo_gpu::wgsl::progressive_ring::RingCall;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, Scan};
 
 use super::calls::blocks;
@@ -20,23 +21,6 @@ use crate::progressive::build::wedges::WedgeTrees;
 const NOTHING: u32 = u32::MAX;
 /// Triangles of a vertex at most: a kernel goes round them some five times.
 const MOST: u32 = 4096;
-
-/// As in `progressive_ring.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct RingCall {
-    triangles: u32,
-}
-
-/// As in `progressive_directions.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct DirectionsCall {
-    vertices: u32,
-    width: u32,
-    normal: u32,
-    tangent: u32,
-}
 
 /// What a device has of a progressive mesh for directions: 12 bytes a triangle and 4 a wedge.
 #[derive(Debug)]
@@ -200,25 +184,5 @@ impl LevelDirections {
         pass.run(name, &state, own, blocks(2 * self.call.vertices as usize))?;
         around(pass, find, corners)?;
         pass.run(turn, &state, own, blocks(self.wedges))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let ring = [("triangles", offset_of!(RingCall, triangles))];
-        assert_layout("progressive_ring", "Sizes", size_of::<RingCall>(), &ring);
-        let call = [
-            ("vertices", offset_of!(DirectionsCall, vertices)),
-            ("width", offset_of!(DirectionsCall, width)),
-            ("normal", offset_of!(DirectionsCall, normal)),
-            ("tangent", offset_of!(DirectionsCall, tangent)),
-        ];
-        assert_layout("progressive_directions", "Sizes", size_of::<DirectionsCall>(), &call);
     }
 }

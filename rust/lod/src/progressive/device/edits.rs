@@ -4,56 +4,20 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::progressive::Place;
+use relievo_gpu::wgsl::progressive_edit::{EditCall, RegionBlock};
+use relievo_gpu::wgsl::progressive_follow::FollowCall;
+use relievo_gpu::wgsl::progressive_touch::DepthCall;
 use relievo_gpu::{Access, Bindings, Buffer, GROUP, Kernel, KernelSpec, Pass, groups};
 
 use super::around::DeviceAround;
 use super::hierarchy::DeviceHierarchy;
-use super::places::{Place, Places};
+use super::places::Places;
 use super::records::{Record, Records};
 use super::windows::Windows;
 use crate::progressive::edit::handle::{Edit, Handle, Region};
 use crate::progressive::edit::moves::LEAST_MOVE;
-
-/// As in `progressive_edit.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct RegionBlock {
-    center: [f32; 3],
-    radius: f32,
-    axis: [f32; 3],
-    angle: f32,
-    translation: [f32; 3],
-    falloff: u32,
-}
-
-/// As in `progressive_edit.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct EditCall {
-    vertices: u32,
-    handles: u32,
-    anchors: u32,
-}
-
-/// As in `progressive_touch.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct DepthCall {
-    first: u32,
-    count: u32,
-}
-
-/// As in `progressive_follow.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct FollowCall {
-    first: u32,
-    count: u32,
-    least: f32,
-    scale: f32,
-}
 
 /// What was edited.
 #[derive(Debug)]
@@ -267,40 +231,5 @@ fn block(handle: &Handle) -> RegionBlock {
         angle,
         translation,
         falloff: region.falloff as u32,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let region = [
-            ("center", offset_of!(RegionBlock, center)),
-            ("radius", offset_of!(RegionBlock, radius)),
-            ("axis", offset_of!(RegionBlock, axis)),
-            ("angle", offset_of!(RegionBlock, angle)),
-            ("translation", offset_of!(RegionBlock, translation)),
-            ("falloff", offset_of!(RegionBlock, falloff)),
-        ];
-        assert_layout("progressive_edit", "Region", size_of::<RegionBlock>(), &region);
-        let call = [
-            ("vertices", offset_of!(EditCall, vertices)),
-            ("handles", offset_of!(EditCall, handles)),
-            ("anchors", offset_of!(EditCall, anchors)),
-        ];
-        assert_layout("progressive_edit", "Call", size_of::<EditCall>(), &call);
-        let depth = [("first", offset_of!(DepthCall, first)), ("count", offset_of!(DepthCall, count))];
-        assert_layout("progressive_touch", "Depth", size_of::<DepthCall>(), &depth);
-        let call = [
-            ("first", offset_of!(FollowCall, first)),
-            ("count", offset_of!(FollowCall, count)),
-            ("least", offset_of!(FollowCall, least)),
-            ("scale", offset_of!(FollowCall, scale)),
-        ];
-        assert_layout("progressive_follow", "Call", size_of::<FollowCall>(), &call);
     }
 }

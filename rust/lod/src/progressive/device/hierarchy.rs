@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use relievo_core::{Context, Error, Result};
+use relievo_gpu::wgsl::progressive::SplitBlock;
 use relievo_gpu::{Buffer, Device};
 
 use super::around::DeviceAround;
@@ -17,16 +17,6 @@ use crate::progressive::mesh::view::Extents;
 
 /// Vertices at most: numbers are also given doubled, with four bits above.
 const MOST: usize = 1 << 27;
-
-/// As in `progressive.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct SplitBlock {
-    key: u32,
-    vertex: u32,
-    parent: u32,
-    children: [u32; 2],
-}
 
 /// A vertex that is drawn: its point, and its normal on an octahedron in two numbers of 16 bits (`octahedron.wgsl`).
 pub type Vertex = [u32; 4];
@@ -207,8 +197,6 @@ mod tests {
     use crate::progressive::{BuildOptions, Cut, DeviceLevel, Edit, Handle, Region, View};
     use relievo_core::Falloff;
     use relievo_core::progress::Silent;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
 
     /// A wave over a square.
     fn wave() -> Arc<Progressive> {
@@ -258,16 +246,5 @@ mod tests {
             meshes
         });
         assert!(made[0] == made[1]);
-    }
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let split = [
-            ("key", offset_of!(SplitBlock, key)),
-            ("vertex", offset_of!(SplitBlock, vertex)),
-            ("parent", offset_of!(SplitBlock, parent)),
-            ("children", offset_of!(SplitBlock, children)),
-        ];
-        assert_layout("progressive", "Split", size_of::<SplitBlock>(), &split);
     }
 }

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::progressive_mark::CutCall;
+use relievo_gpu::wgsl::progressive_view::ViewCall;
+use relievo_gpu::wgsl::progressive_write::SizesCall;
 use relievo_gpu::{Access, Bindings, Buffer, Frame, Kernel, KernelSpec, Pass, Scan};
 
 use super::around::DeviceAround;
-use super::calls::{CutCall, blocks};
+use super::calls::blocks;
 use super::directions::LevelDirections;
 use super::edits::Edits;
 use super::hierarchy::{DeviceHierarchy, Vertex};
@@ -19,28 +21,6 @@ use crate::progressive::mesh::view::View;
 
 /// Planes of a view at most.
 const PLANES: usize = 6;
-
-/// As in `progressive_view.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct ViewCall {
-    eye: [f32; 3],
-    pixels: f32,
-    tolerance: f32,
-    outline: f32,
-    plane_count: u32,
-    vertices: u32,
-    planes: [[f32; 4]; PLANES],
-}
-
-/// As in `progressive_write.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct SizesCall {
-    vertices: u32,
-    triangles: u32,
-    is_edited: u32,
-}
 
 /// A mesh on a device: its vertices by the first of their leaves, and its triangles in the order of the input.
 #[derive(Debug)]
@@ -336,38 +316,5 @@ impl DeviceLevel {
         pass.run(&self.write[2], &bindings, call, blocks(vertices))?;
         self.wedges.as_ref().map_or(Ok(()), |wedges| wedges.write(pass))?;
         self.directions.as_ref().map_or(Ok(()), |directions| directions.turn(pass))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let cut = [
-            ("key", offset_of!(CutCall, key)),
-            ("split", offset_of!(CutCall, split)),
-            ("vertices", offset_of!(CutCall, vertices)),
-        ];
-        assert_layout("progressive_mark", "Cut", size_of::<CutCall>(), &cut);
-        let view = [
-            ("eye", offset_of!(ViewCall, eye)),
-            ("pixels", offset_of!(ViewCall, pixels)),
-            ("tolerance", offset_of!(ViewCall, tolerance)),
-            ("outline", offset_of!(ViewCall, outline)),
-            ("plane_count", offset_of!(ViewCall, plane_count)),
-            ("vertices", offset_of!(ViewCall, vertices)),
-            ("planes", offset_of!(ViewCall, planes)),
-        ];
-        assert_layout("progressive_view", "View", size_of::<ViewCall>(), &view);
-        let sizes = [
-            ("vertices", offset_of!(SizesCall, vertices)),
-            ("triangles", offset_of!(SizesCall, triangles)),
-            ("is_edited", offset_of!(SizesCall, is_edited)),
-        ];
-        assert_layout("progressive_write", "Sizes", size_of::<SizesCall>(), &sizes);
     }
 }

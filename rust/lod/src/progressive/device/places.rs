@@ -1,36 +1,24 @@
 //! Where the vertices of an edited mesh are on a device, by their nodes.
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::Result;
+use relievo_gpu::wgsl::progressive::Place;
 use relievo_gpu::{Access, Bindings, Device};
 
 use super::hierarchy::DeviceHierarchy;
 use super::windows::Windows;
 use crate::progressive::edit::place;
 
-/// As in `progressive.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Place {
-    point: [f32; 3],
-    moved: u32,
-    normal: [f32; 3],
-    padding: u32,
+/// Returns the place of a node on a device, if it is elsewhere than it was built.
+pub fn sent(place: Option<place::Place>) -> Place {
+    let moved = u32::from(place.is_some());
+    let place::Place { point, normal } = place.unwrap_or_default();
+    Place { point: point.to_array(), moved, normal: normal.to_array(), padding: 0 }
 }
 
-impl Place {
-    /// Of a node, if it is elsewhere than it was built.
-    pub fn of(place: Option<place::Place>) -> Self {
-        let moved = u32::from(place.is_some());
-        let place::Place { point, normal } = place.unwrap_or_default();
-        Self { point: point.to_array(), moved, normal: normal.to_array(), padding: 0 }
-    }
-
-    /// Where it is, if it is elsewhere.
-    pub fn get(&self) -> Option<place::Place> {
-        let place = place::Place { point: self.point.into(), normal: self.normal.into() };
-        (self.moved == 1).then_some(place)
-    }
+/// Returns where a node is, if it is elsewhere than it was built.
+pub fn received(place: &Place) -> Option<place::Place> {
+    let moved = place::Place { point: place.point.into(), normal: place.normal.into() };
+    (place.moved == 1).then_some(moved)
 }
 
 /// Places of all nodes.
@@ -60,22 +48,5 @@ impl Places {
     /// The constants of the bindings.
     pub fn constants(&self) -> [(&'static str, f64); 1] {
         [("PLACES", self.nodes.size())]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let place = [
-            ("point", offset_of!(Place, point)),
-            ("moved", offset_of!(Place, moved)),
-            ("normal", offset_of!(Place, normal)),
-        ];
-        assert_layout("progressive", "Place", size_of::<Place>(), &place);
     }
 }

@@ -2,24 +2,17 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::Result;
+use relievo_gpu::wgsl::progressive::Place;
+use relievo_gpu::wgsl::progressive_mark::CutCall;
+use relievo_gpu::wgsl::progressive_record::RecordCall;
 use relievo_gpu::{
     Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, Scan, groups, wgpu,
 };
 
-use super::calls::CutCall;
 use super::hierarchy::DeviceHierarchy;
-use super::places::{Place, Places};
+use super::places::Places;
 use super::windows::Windows;
-
-/// As in `progressive_record.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct RecordCall {
-    words: u32,
-    count: u32,
-}
 
 /// Finds what an edit replaces.
 #[derive(Debug)]
@@ -114,18 +107,5 @@ impl Records {
         let call = RecordCall { words: self.words, count: record.count };
         let bindings = [&self.listed, &record.bindings, &self.places];
         pass.run(&self.keep[kernel], &bindings, bytemuck::bytes_of(&call), groups(items.div_ceil(GROUP)))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let call = [("words", offset_of!(RecordCall, words)), ("count", offset_of!(RecordCall, count))];
-        assert_layout("progressive_record", "Call", size_of::<RecordCall>(), &call);
     }
 }

@@ -6,7 +6,7 @@ use relievo_core::{Context, Error, Result};
 
 use super::history::{DeviceFront, History};
 use super::level::{DeviceLevel, Shown};
-use super::places::Place;
+use super::places::{received, sent};
 use super::windows::gathered;
 use crate::progressive::build::cut::Cut;
 use crate::progressive::build::hierarchy::Progressive;
@@ -38,10 +38,10 @@ impl DeviceLevel {
             let _ = frame.submit()?;
             let mut moves = Moves::new(mesh.vertex_count());
             for (node, place) in (0..).zip(gathered(device, places)?) {
-                moves.places.set(node, place.get());
+                moves.places.set(node, received(&place));
             }
             for (split, [first, second]) in (0..).zip(gathered(device, notes)?.as_chunks::<2>().0) {
-                moves.built.set(split, first.get().zip(second.get()).map(|(first, second)| [first, second]));
+                moves.built.set(split, received(&first).zip(received(&second)).map(|(first, second)| [first, second]));
             }
             active.moves = Some(moves);
         }
@@ -66,10 +66,10 @@ impl DeviceLevel {
         let (places, notes) = active.at_finest(context, |mesh| {
             let moves = mesh.moves.as_ref();
             let nodes = 0..2 * mesh.whole.vertex_count() as u32;
-            let place = |node: u32| Place::of(moves.and_then(|moves| moves.place(node)));
+            let place = |node: u32| sent(moves.and_then(|moves| moves.place(node)));
             let note = |node: u32| {
                 let both = moves.and_then(|moves| moves.built.get(node / 2));
-                Place::of(both.map(|both| both[node as usize % 2]))
+                sent(both.map(|both| both[node as usize % 2]))
             };
             (nodes.clone().map(place).collect::<Vec<_>>(), nodes.map(note).collect::<Vec<_>>())
         });

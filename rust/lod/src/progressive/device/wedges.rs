@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
+use relievo_gpu::wgsl::progressive_wedges::WedgesCall;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, Scan};
 
 use super::calls::blocks;
@@ -16,17 +16,6 @@ use crate::progressive::mesh::active::Extract;
 
 /// In place of the owner of a wedge whose split is not there.
 const NO_SPLIT: u32 = u32::MAX - 1;
-
-/// As in `progressive_wedges.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct WedgesCall {
-    vertices: u32,
-    triangles: u32,
-    wedges: u32,
-    width: u32,
-    face_width: u32,
-}
 
 /// What a device has of the attributes of a progressive mesh.
 #[derive(Debug)]
@@ -184,24 +173,5 @@ impl LevelWedges {
         corners.iter_mut().for_each(|wedge| *wedge = numbers[*wedge as usize]);
         made.wedges = corners.as_chunks::<3>().0.to_vec();
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn layouts_are_those_of_the_shaders() {
-        let call = [
-            ("vertices", offset_of!(WedgesCall, vertices)),
-            ("triangles", offset_of!(WedgesCall, triangles)),
-            ("wedges", offset_of!(WedgesCall, wedges)),
-            ("width", offset_of!(WedgesCall, width)),
-            ("face_width", offset_of!(WedgesCall, face_width)),
-        ];
-        assert_layout("progressive_wedges", "Sizes", size_of::<WedgesCall>(), &call);
     }
 }

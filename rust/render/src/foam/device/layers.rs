@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use relievo_core::{Context, Progress, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, KernelSpec, PassTime};
 
-use super::{FARTHEST_DEPTH, FoamLook, FoamPixel, NONE, SHARED, Splats, add_times};
+use super::{FARTHEST_DEPTH, FoamLook, FoamPixel, NONE, SHARED, Splats, add_times, look};
 use crate::foam::FoamLayers;
 use crate::foam::environment::Environment;
 use crate::foam::halton::Ball;
@@ -53,8 +53,8 @@ impl Splats {
             true => environment.irradiance_map(context),
             false => environment.radiance_map(),
         };
-        let mut look = FoamLook::new(&settings, &view);
-        look.light(&map);
+        let mut look = look::look(&settings, &view);
+        look::light(&mut look, &map);
         self.look.write(&device, 0, &[look])?;
         let ball = Ball::new(settings.ao_max_samp.max(settings.ao_min_samp));
         let samples: Vec<_> = ball.samples().iter().map(|it| it.place.extend(it.weight).to_array()).collect();
@@ -104,11 +104,11 @@ impl Splats {
             view,
             projection: Projection::new(&view),
             surfaces: Surfaces {
-                depth: pixels.iter().map(FoamPixel::depth).collect(),
+                depth: pixels.iter().map(depth).collect(),
                 search: pixels.iter().map(|pixel| pixel.search).collect(),
                 disc: pixels.iter().map(|pixel| [pixel.u, pixel.v]).collect(),
             },
-            thickness: pixels.iter().map(FoamPixel::thickness).collect(),
+            thickness: pixels.iter().map(thickness).collect(),
             intensity,
             occlusion: light.iter().map(|value| value[3]).collect(),
             irradiance: light.iter().map(|[red, green, blue, _]| [*red, *green, *blue]).collect(),
@@ -117,18 +117,16 @@ impl Splats {
     }
 }
 
-impl FoamPixel {
-    /// Returns the depth of the nearest fragment, infinite where there is none.
-    fn depth(&self) -> f32 {
-        if self.id == NONE && self.depth == FARTHEST_DEPTH.to_bits() ^ 1 << 31 {
-            return f32::INFINITY;
-        }
-        f32::from_bits(if self.depth >> 31 == 1 { self.depth & (u32::MAX >> 1) } else { !self.depth })
+/// Returns the depth of the nearest fragment, infinite where there is none.
+fn depth(pixel: &FoamPixel) -> f32 {
+    if pixel.id == NONE && pixel.depth == FARTHEST_DEPTH.to_bits() ^ 1 << 31 {
+        return f32::INFINITY;
     }
+    f32::from_bits(if pixel.depth >> 31 == 1 { pixel.depth & (u32::MAX >> 1) } else { !pixel.depth })
+}
 
-    fn thickness(&self) -> f32 {
-        of_sum(u64::from(self.high) << 32 | u64::from(self.low))
-    }
+fn thickness(pixel: &FoamPixel) -> f32 {
+    of_sum(u64::from(pixel.high) << 32 | u64::from(pixel.low))
 }
 
 impl DeviceLayers {

@@ -1,4 +1,9 @@
-//! Lists the WGSL modules of `shaders/`, in all of its folders, for `src/module.rs`.
+//! Lists the WGSL modules of `shaders/`, in all of its folders, for `src/module.rs`, and writes the structs that host and
+//! shader share in Rust, for `src/wgsl.rs`.
+
+mod layout;
+mod rust;
+mod wgsl;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,14 +15,18 @@ fn main() -> io::Result<()> {
     collect(&root, &mut files)?;
     files.sort_by(|a, b| a.file_stem().cmp(&b.file_stem()));
     let mut list = String::from("&[\n");
+    let mut modules = Vec::new();
     for file in files {
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let place = file.strip_prefix(&root).unwrap_or(&file).to_string_lossy().replace('\\', "/");
         let _ = writeln!(list, "Module {{ name: {name:?}, file: {place:?}, text: include_str!({:?}) }},", file);
+        modules.push(wgsl::Module::read(&name, &place, &fs::read_to_string(&file)?).map_err(io::Error::other)?);
     }
     list.push(']');
     let out = env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("OUT_DIR is not set"))?;
-    fs::write(Path::new(&out).join("modules.rs"), list)
+    fs::write(Path::new(&out).join("modules.rs"), list)?;
+    let structs = rust::write(&layout::Modules(modules)).map_err(io::Error::other)?;
+    fs::write(Path::new(&out).join("wgsl.rs"), structs)
 }
 
 /// Adds the WGSL files of `folder` and of the folders in it to `files`. Cargo runs this script again when one changes.
