@@ -36,7 +36,7 @@ fn bent(now: vec3<f32>, change: vec3<f32>, mean: vec3<f32>, share: f32) -> vec3<
             return fma(-now, vec3(share), now);
         }
         default: {
-            return clamp(fma(change, vec3(share), now), vec3(-MOST), vec3(MOST));
+            return clamp(fma(change, vec3(share), now), vec3(-MAX), vec3(MAX));
         }
     }
 }

@@ -52,7 +52,7 @@ const ROUNDED: u32 = 8u;
 const SMEAR_SHIFT: u32 = 16u;
 
 // The largest half float.
-const MOST: f32 = 65504.0;
+const MAX: f32 = 65504.0;
 
 struct BrushPlace {
     // Where it is in the box.

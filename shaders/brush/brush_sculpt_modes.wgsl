@@ -13,7 +13,7 @@ const SCULPT_PINCH: u32 = 8u;
 const SCULPT_VECTOR: u32 = 9u;
 
 // The least cosine that inflating divides by.
-const LEAST_FACING: f32 = 0.25;
+const MIN_FACING: f32 = 0.25;
 
 /// The share of the edit and its height with the image of the brush, where neighbours are `footprint` away.
 fn sculpt_stamped(place: vec3<f32>, share: f32, footprint: f32) -> vec2<f32> {
@@ -36,7 +36,7 @@ fn under(height: f32, level: f32, rise: f32, risen: f32) -> f32 {
 }
 
 fn held(value: f32) -> f32 {
-    return clamp(value, -MOST, MOST);
+    return clamp(value, -MAX, MAX);
 }
 
 struct Sculpted {
@@ -80,7 +80,7 @@ fn sculpted(at: BrushPlace, share: f32, height: f32, it: Sculpted) -> f32 {
             return held(now + select(max(far, 0.0), min(far, 0.0), height < 0.0));
         }
         case SCULPT_INFLATE: {
-            return held(fma(height / max(it.facing, LEAST_FACING), share, now));
+            return held(fma(height / max(it.facing, MIN_FACING), share, now));
         }
         default: {
             return now;

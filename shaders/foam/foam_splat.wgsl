@@ -13,7 +13,7 @@ const PLACE: u32 = 2u;
 /// Sizes that particles have.
 const SIZES: u32 = 5u;
 /// The radius in pixels of the smallest sprite that is drawn.
-const LEAST_RADIUS: f32 = 0.5;
+const MIN_RADIUS: f32 = 0.5;
 /// Pixels from the corner of the picture beyond which no sprite is.
 const FARTHEST: f32 = 1e6;
 /// Pixels of the box of a sprite that one invocation draws; a workgroup draws 64 rows of a larger one.
@@ -96,7 +96,7 @@ fn sprite_of(row: FoamRow) -> Sprite {
     if blur > 0.0 {
         sprite.drawn = sqrt(sprite.search * sprite.search + blur * blur);
     }
-    sprite.drawn = max(sprite.drawn, LEAST_RADIUS);
+    sprite.drawn = max(sprite.drawn, MIN_RADIUS);
     let thinner = sprite.search / sprite.drawn;
     sprite.share = share_of_life(row.life) * thinner * thinner * chunk.share;
     sprite.kind = min(row.kind, 2u);

@@ -366,7 +366,7 @@ fn frame_of(face: u32, node: Node) -> mat3x3<f32> {
 
 /// The half floats that keep a vector of object space in a frame. Zeros are positive.
 fn kept_halves(frame: mat3x3<f32>, vector: vec3<f32>) -> vec3<u32> {
-    let own = clamp(vector * frame, vec3(-MOST), vec3(MOST));
+    let own = clamp(vector * frame, vec3(-MAX), vec3(MAX));
     let halves = vec3(half_bits(own.x), half_bits(own.y), half_bits(own.z));
     return select(halves, vec3(0u), (halves & vec3(0x7fffu)) == vec3(0u));
 }

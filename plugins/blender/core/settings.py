@@ -12,7 +12,7 @@ SIZES = [(str(2**n), str(2**n), f"{2**n} numbers along an edge of a face") for n
 CELLS = [(str(2**n), str(2**n), f"{2**n} cells along an edge of a face") for n in range(0, 9)]
 # Files keep the place in the list, so what is new comes last.
 CELLS.append(("AUTO", "Automatic", "16 cells along an edge of a face, less where that is more than a million in all"))
-MOST_CELLS = 2**20
+MAX_CELLS = 2**20
 # What pressure may be taken as, each by a curve of the brush.
 CURVES = ("size", "strength", "angle")
 CURVE_SAMPLES = 33
@@ -84,7 +84,7 @@ def curves(group):
 def cells_of(target, tiles):
     """Cells along an edge of a face of the result."""
     if target.relievo.cells in {"AUTO", ""}:
-        return automatic_cells(tiles, MOST_CELLS)
+        return automatic_cells(tiles, MAX_CELLS)
     return int(target.relievo.cells)
 
 

@@ -26,7 +26,7 @@ PACKED = "relievo_progressive"
 # What the names of kept stamps begin with; see `stroke.pack_array`.
 STAMPS = "relievo_stamp_"
 # Bytes that Blender can keep of one property.
-MOST_BYTES = 2**31 - 64
+MAX_BYTES = 2**31 - 64
 # What JSON of another shape than expected may raise, besides ValueError.
 STRANGE = (KeyError, TypeError, AttributeError, OverflowError, RecursionError)
 # What edits and changes of the level may raise.
@@ -60,7 +60,7 @@ def bytes_of(whole, path):
 
 def fitting(packed):
     """The bytes of a file, refused where Blender cannot keep them."""
-    if len(packed) > MOST_BYTES:
+    if len(packed) > MAX_BYTES:
         raise Refused(f"The progressive mesh takes {len(packed) >> 20} MiB, and Blender keeps no more than 2047 of one")
     return packed
 

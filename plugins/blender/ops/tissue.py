@@ -18,7 +18,7 @@ from .fluid import TYPES, Shape
 # Settings of a collection that the panel shows at once.
 SETTINGS = ("voxel", "dermis", "epidermis", "damping", "relaxes")
 # Elements at most: some hundred bytes each, and minutes a frame.
-MOST = 20_000_000
+MAX = 20_000_000
 LIBRARY = ("stratum corneum", "dermis", "hypodermis", "muscle", "tendon")
 MATERIALS = [(name.upper().replace(" ", "_"), name.capitalize(), "") for name in LIBRARY]
 MATERIALS.append(("CUSTOM", "Custom", "By its own stiffness"))
@@ -196,8 +196,8 @@ class Simulation:
     def check(self):
         """Refuses a tissue of more elements than can be simulated."""
         count = self.expected()
-        if count > MOST:
-            least = self.description["cell"] * (count / MOST) ** (1 / 3)
+        if count > MAX:
+            least = self.description["cell"] * (count / MAX) ** (1 / 3)
             raise Refused(f"There would be {count:,} elements; give Element size {least:.2g} m or more")
 
     def read(self, time):

@@ -154,7 +154,7 @@ pub struct Atlas {
 }
 
 /// The largest atlas, along a side.
-const MOST_PIXELS: u64 = 32_768;
+const MAX_PIXELS: u64 = 32_768;
 
 impl Atlas {
     /// Packs tiles of these sizes.
@@ -180,9 +180,9 @@ impl Atlas {
             x += side(cell);
         }
         let height = y + row;
-        if width.max(height) > MOST_PIXELS {
+        if width.max(height) > MAX_PIXELS {
             return Err(Error::unsupported(format!("an atlas of the tiles has {width} by {height} pixels"))
-                .advise(format!("write Ptex, or tiles one by one; a picture has at most {MOST_PIXELS} a side")));
+                .advise(format!("write Ptex, or tiles one by one; a picture has at most {MAX_PIXELS} a side")));
         }
         Ok(Self { width: width as u32, height: height as u32, cells })
     }

@@ -33,7 +33,7 @@ struct Table {
 }
 
 /// No table is larger.
-const MOST_TABLE: u64 = 256 << 20;
+const MAX_TABLE: u64 = 256 << 20;
 
 /// The channel of the atlas with the table at `path`, for `surface`, which may occupy `budget` bytes.
 /// Colours from PNG become bytes, those from EXR half floats.
@@ -46,7 +46,7 @@ const MOST_TABLE: u64 = 256 << 20;
 pub fn from_atlas(context: &Context, surface: &Surface, path: &Path, budget: u64) -> Result<Imported> {
     let topology = surface.topology();
     let named = |error: Error| error.at(path.display().to_string());
-    let bytes = file::load(path, context.memory_limit().min(MOST_TABLE))?;
+    let bytes = file::load(path, context.memory_limit().min(MAX_TABLE))?;
     let text = String::from_utf8(bytes).map_err(|_| named(Error::invalid("it is no text")))?;
     let table: Table = toml::from_str(&text).map_err(|error| {
         let advice = "give the table that was written beside an atlas";

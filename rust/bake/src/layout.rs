@@ -28,11 +28,11 @@ pub(crate) struct Chunk {
 pub(crate) const CHUNK: u32 = 16;
 /// Samples along a cell.
 const CELL: f32 = 4.0;
-const MOST_CELLS: u32 = 4096;
+const MAX_CELLS: u32 = 4096;
 /// Chunks of a layout: what a picture of 65,536 pixels a side takes.
-const MOST_CHUNKS: u64 = 1 << 23;
+const MAX_CHUNKS: u64 = 1 << 23;
 /// Samples that the chunks of the largest layout cover.
-pub(crate) const MOST_COVERED: f64 = MOST_CHUNKS as f64 * (CHUNK as f64 * CELL as f64) * (CHUNK as f64 * CELL as f64);
+pub(crate) const MAX_COVERED: f64 = MAX_CHUNKS as f64 * (CHUNK as f64 * CELL as f64) * (CHUNK as f64 * CELL as f64);
 
 /// The layout of a surface at a number of samples per unit.
 #[derive(Debug)]
@@ -92,12 +92,12 @@ impl<'a> Layout<'a> {
                 flat += 1;
                 continue;
             }
-            let cells = ((extent / CELL).ceil() as u32).clamp(2, MOST_CELLS).next_power_of_two();
+            let cells = ((extent / CELL).ceil() as u32).clamp(2, MAX_CELLS).next_power_of_two();
             sized.push((tile, cells));
             count += u64::from(cells.div_ceil(CHUNK)).pow(2);
             times += f64::from(high[0] - low[0]) * f64::from(high[1] - low[1]);
         }
-        if count > MOST_CHUNKS {
+        if count > MAX_CHUNKS {
             return Err(covered_too_often(times, samples));
         }
         let mut empty = Vec::new();

@@ -34,13 +34,13 @@ impl Default for BakeOptions {
 }
 
 /// The largest picture, along a side.
-pub const MOST_PIXELS: u32 = 32_768;
+pub const MAX_PIXELS: u32 = 32_768;
 /// The widest gutter.
 pub const WIDEST_GUTTER: u32 = 1024;
 /// The most samples along the sides of a pixel.
-pub const MOST_SAMPLES: u32 = 8;
+pub const MAX_SAMPLES: u32 = 8;
 /// The most pictures of a bake.
-pub const MOST_PICTURES: usize = 1000;
+pub const MAX_PICTURES: usize = 1000;
 
 /// A picture of raw numbers, the row of the largest t first.
 #[derive(Clone, Debug, PartialEq)]
@@ -189,22 +189,22 @@ pub(crate) fn chosen<'a>(
         false => (*l, *k) == (0, 0),
     };
     let pictures: Vec<[i32; 2]> = found.into_iter().filter(|at| wanted(at)).map(|(l, k)| [*k, *l]).collect();
-    if pictures.len() > MOST_PICTURES {
+    if pictures.len() > MAX_PICTURES {
         return Err(Error::invalid(format!("the texture coordinates lie on {} pictures", pictures.len()))
-            .advise(format!("scale them to at most {MOST_PICTURES}")));
+            .advise(format!("scale them to at most {MAX_PICTURES}")));
     }
     Ok(pictures)
 }
 
 pub(crate) fn check(context: &Context, channels: usize, options: &BakeOptions) -> Result<()> {
-    if options.size.iter().any(|size| !(1..=MOST_PIXELS).contains(size)) {
+    if options.size.iter().any(|size| !(1..=MAX_PIXELS).contains(size)) {
         let [width, height] = options.size;
         return Err(Error::invalid(format!("a bake cannot have {width} by {height} pixels"))
-            .advise(format!("use 1 to {MOST_PIXELS} a side")));
+            .advise(format!("use 1 to {MAX_PIXELS} a side")));
     }
-    if !(1..=MOST_SAMPLES).contains(&options.samples) || options.gutter > WIDEST_GUTTER {
+    if !(1..=MAX_SAMPLES).contains(&options.samples) || options.gutter > WIDEST_GUTTER {
         return Err(Error::invalid(format!("{} samples, a gutter of {}", options.samples, options.gutter))
-            .advise(format!("use 1 to {MOST_SAMPLES} samples and at most {WIDEST_GUTTER} pixels")));
+            .advise(format!("use 1 to {MAX_SAMPLES} samples and at most {WIDEST_GUTTER} pixels")));
     }
     let pixels = u64::from(options.size[0]) * u64::from(options.size[1]);
     // Once as numbers, once as a file has them, and what is known of each pixel.

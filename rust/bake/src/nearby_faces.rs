@@ -34,7 +34,7 @@ pub(crate) struct FoundFace {
 }
 
 /// Faces of a box that is not divided.
-const FEW: usize = 4;
+const LEAF_FACES: usize = 4;
 
 impl<'a> NearbyFaces<'a> {
     pub fn new(surface: &'a TriangleSurface, faces: Vec<u32>) -> Self {
@@ -49,7 +49,7 @@ impl<'a> NearbyFaces<'a> {
         let (low, high) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let index = self.boxes.len();
         self.boxes.push(FaceBox { low, high, from, to, second: 0 });
-        if to - from <= FEW {
+        if to - from <= LEAF_FACES {
             return;
         }
         let middle = (from + to) / 2;

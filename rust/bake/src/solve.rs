@@ -29,7 +29,7 @@ const PASSES: usize = 24;
 /// the last place of each value, fourfold by the prefilter, and twice for good measure.
 const ROUNDING: f32 = 8.0 / 2048.0;
 /// Half of what the least half floats are apart.
-const LEAST: f32 = 1.0 / (1 << 25) as f32;
+const MIN: f32 = 1.0 / (1 << 25) as f32;
 
 /// Gives the named tiles, which are allocated, and the tiles that turn out to be needed beside them, the wanted values.
 /// Returns the largest deviation from them, relative to the largest value.
@@ -91,8 +91,7 @@ fn needed<T: SplineTexel>(field: &Field<T>, tile: u32, target: &Target) -> Vec<u
         let rows = around(j).flat_map(|j| around(i).map(move |i| j * size + i));
         let numbers = |index: usize| index * T::NUMBERS..(index + 1) * T::NUMBERS;
         let largest = rows.flat_map(numbers).map(|at| wanted[at].abs()).fold(0.0, f32::max);
-        numbers(j * size + i)
-            .any(|at| (found[at] - wanted[at]).abs() > ROUNDING * largest + 8.0 * (target.step + LEAST))
+        numbers(j * size + i).any(|at| (found[at] - wanted[at]).abs() > ROUNDING * largest + 8.0 * (target.step + MIN))
     };
     let mut tiles = Vec::new();
     for edge in 0..4u8 {

@@ -11,7 +11,7 @@ use relievo_tiles::ColorTexel;
 use relievo_tiles::trace::Trace;
 use relievo_tiles::triangle::{TriangleDisplaced, TriangleField, TriangleNormals, foot_at};
 
-use crate::layout::{MOST_COVERED, covered_too_often};
+use crate::layout::{MAX_COVERED, covered_too_often};
 use crate::map::{BakeOptions, BakeReport, Map, check, chosen};
 use crate::quantity::{Axes, Handedness, Meaning, Space};
 
@@ -48,7 +48,7 @@ const COLUMNS: usize = 256;
 /// Bands between two words on the progress.
 const BANDS: usize = 8;
 /// How often triangles may cover a picture of any size.
-const LEAST_COVER: f64 = 100.0;
+const MIN_COVER: f64 = 100.0;
 /// Of barycentric coordinates, what counts as on a side.
 const SIDE: f64 = 1e-7;
 
@@ -217,7 +217,7 @@ pub fn bake_triangles(
 /// Refuses pictures that triangles cover so often that no layout was meant: they would take hours.
 fn check_cover(uvs: &[[DVec2; 3]], pictures: &[[i32; 2]], options: &BakeOptions) -> Result<()> {
     let samples = options.size.map(|size| size * options.samples);
-    let most = (MOST_COVERED / samples.map(f64::from).iter().product::<f64>()).max(LEAST_COVER);
+    let most = (MAX_COVERED / samples.map(f64::from).iter().product::<f64>()).max(MIN_COVER);
     // Half of a triangle's box, whose samples are tried.
     let cover = |low: DVec2, high: DVec2| -> f64 {
         let some = uvs.iter().filter(|corners| area(corners) != 0.0);

@@ -13,7 +13,7 @@ use crate::textured::Textured;
 /// Places on each mesh.
 const PLACES: usize = 200_000;
 /// Places of one task.
-const PART: usize = 1000;
+const CHUNK_LEN: usize = 1000;
 
 /// Distances both ways, in hundredths of the diagonal of the first mesh.
 pub struct Deviation {
@@ -85,8 +85,8 @@ struct Place {
 /// What `of` says of every one of the places on a mesh.
 fn over_places(context: &Context, mesh: &Triangles, of: impl Fn(&Place) -> f64 + Sync) -> Vec<f64> {
     let places = places(mesh);
-    let parts = context.map(places.len().div_ceil(PART), |part| {
-        places[part * PART..places.len().min((part + 1) * PART)].iter().map(&of).collect::<Vec<_>>()
+    let parts = context.map(places.len().div_ceil(CHUNK_LEN), |part| {
+        places[part * CHUNK_LEN..places.len().min((part + 1) * CHUNK_LEN)].iter().map(&of).collect::<Vec<_>>()
     });
     parts.into_iter().flatten().collect()
 }

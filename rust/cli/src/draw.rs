@@ -12,7 +12,7 @@ use relievo_gpu::Device;
 use relievo_render::virtual_vertex::{Placed, Rasterizer, Shape, Storage, Tuning, VirtualVertices};
 use relievo_render::{Frame, Mesh, Scene, View, write_png};
 use relievo_scene::showing::Showing;
-use relievo_surface::bezier::{BezierSurface, Levels, MOST_LEVEL};
+use relievo_surface::bezier::{BezierSurface, Levels, MAX_LEVEL};
 
 use crate::Outcome;
 use crate::args::device::Device as Kind;
@@ -28,7 +28,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// The level of all patches: each is divided into 2^(level + 1) − 1 quads a side.
-    #[arg(short, long, value_name = "LEVEL", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_LEVEL)))]
+    #[arg(short, long, value_name = "LEVEL", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LEVEL)))]
     level: u32,
     /// Choose the level of every patch, so that triangles are at most this far from the surface on the picture; tiles are
     /// divided so by half a pixel if nothing else is said.
@@ -126,7 +126,7 @@ fn patches(context: &Context, arguments: &Arguments, device: Option<&Device>) ->
     let view = view(arguments, &showing);
     let levels = match arguments.tolerance {
         Some(tolerance) => {
-            Levels::select(context, &surface, &view.viewpoint(&DAffine3::IDENTITY), tolerance, MOST_LEVEL)?
+            Levels::select(context, &surface, &view.viewpoint(&DAffine3::IDENTITY), tolerance, MAX_LEVEL)?
         }
         None => Levels::uniform(&surface, arguments.level)?,
     };

@@ -21,17 +21,17 @@ pub struct Event {
 /// Counts of a stage, by name: few, so that a stage asks for no memory.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
-    list: [(&'static str, u64); FEW],
+    list: [(&'static str, u64); MAX_COUNTS],
     count: usize,
 }
 
 /// Counts that a stage notes at most.
-const FEW: usize = 4;
+const MAX_COUNTS: usize = 4;
 
 impl Counts {
     /// Adds a count, of four at most.
     pub fn note(&mut self, name: &'static str, value: u64) {
-        debug_assert!(self.count < FEW, "{name} is one count too many");
+        debug_assert!(self.count < MAX_COUNTS, "{name} is one count too many");
         if let Some(place) = self.list.get_mut(self.count) {
             *place = (name, value);
             self.count += 1;

@@ -11,7 +11,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use relievo_core::{Context, Error, Result, file};
 use relievo_meshio::PointInstancer;
 
-use crate::crowd::{Agent, MOST_AGENTS};
+use crate::crowd::{Agent, MAX_AGENTS};
 use crate::hierarchy::CrowdModel;
 
 /// An agent that walks straight on.
@@ -51,8 +51,8 @@ pub fn parse_walkers(text: &str, models: &[&CrowdModel]) -> Result<Vec<Walker>> 
         if columns.is_empty() {
             continue;
         }
-        if agents.len() >= MOST_AGENTS {
-            return Err(Error::unsupported(format!("a crowd has at most {MOST_AGENTS} agents")));
+        if agents.len() >= MAX_AGENTS {
+            return Err(Error::unsupported(format!("a crowd has at most {MAX_AGENTS} agents")));
         }
         agents.push(agent(&columns, models).map_err(|error| error.at(format!("line {}", number + 1)))?);
     }
@@ -102,8 +102,8 @@ fn copied(instancers: &[PointInstancer], models: &[&CrowdModel]) -> Result<Vec<W
                         .advise("give a crowd model for every prototype, in their order"),
                 )
             })?;
-            if walkers.len() >= MOST_AGENTS {
-                return Err(Error::unsupported(format!("a crowd has at most {MOST_AGENTS} agents")));
+            if walkers.len() >= MAX_AGENTS {
+                return Err(Error::unsupported(format!("a crowd has at most {MAX_AGENTS} agents")));
             }
             let clip = if copy.clip.is_empty() { 0 } else { clip_index(found, &copy.clip).map_err(place)? };
             let agent = Agent { model: model as u32, clip, phase: copy.phase, transform: copy.transform };

@@ -39,7 +39,7 @@ const GROUPS: usize = 8;
 /// Clusters of a group in small models.
 const FEWEST: usize = 4;
 /// Levels at most. Each leaves about half of the triangles.
-const MOST_LEVELS: u32 = 64;
+const MAX_LEVELS: u32 = 64;
 /// Relative difference of the lengths of a bone's axes between poses up to which it is rigid.
 const RIGID: f64 = 1e-5;
 /// Share of the model's size that boxes are widened by, for the rounding of skinned vertices.
@@ -194,7 +194,7 @@ impl<'a> Builder<'a> {
         let whole = (WHOLE * settings.group_clusters as usize * most) as u64;
         // Larger groups have fewer places on borders, smaller ones leave more choice to cuts.
         let group = (front.len() / GROUPS).clamp(FEWEST, settings.group_clusters as usize);
-        for level in 1..=MOST_LEVELS {
+        for level in 1..=MAX_LEVELS {
             // Most levels have about half of the triangles of the one before.
             let start = 1.0 - 0.5f32.powi(level as i32 - 1);
             let span = [start, 0.5 * (1.0 + start)];

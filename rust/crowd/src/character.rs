@@ -9,12 +9,12 @@ use glam::{DAffine3, DVec3};
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
 use relievo_meshio::{Model, Node, Part, Property};
 
-use crate::morph::{MOST_MORPHS, MorphOffset, Morphs};
+use crate::morph::{MAX_MORPHS, MorphOffset, Morphs};
 
 /// Bones that a character may have; they are numbered in 16 bits.
-pub const MOST_BONES: usize = 1 << 16;
+pub const MAX_BONES: usize = 1 << 16;
 /// Triangles that a character may have.
-pub const MOST_TRIANGLES: usize = 1 << 28;
+pub const MAX_TRIANGLES: usize = 1 << 28;
 
 /// The bones that move a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -131,8 +131,8 @@ impl Character {
         if self.triangles.is_empty() {
             return Err(Error::invalid("the model has no triangles").advise("give a model with at least one triangle"));
         }
-        if self.triangles.len() > MOST_TRIANGLES {
-            return Err(Error::unsupported(format!("the model has more than {MOST_TRIANGLES} triangles"))
+        if self.triangles.len() > MAX_TRIANGLES {
+            return Err(Error::unsupported(format!("the model has more than {MAX_TRIANGLES} triangles"))
                 .advise("split the model"));
         }
         let points = self.points.len();
@@ -203,7 +203,7 @@ impl Character {
                 return Ok(*found);
             }
             let number = u16::try_from(self.bones.len())
-                .map_err(|_| Error::unsupported(format!("the model has more than {MOST_BONES} bones")))?;
+                .map_err(|_| Error::unsupported(format!("the model has more than {MAX_BONES} bones")))?;
             let name = model.nodes[node].name.clone();
             self.bones.push(Bone { name, node: node as u32, inverse_bind });
             bones.insert(key, number);
@@ -249,8 +249,8 @@ impl Character {
     fn add_offsets(&mut self, part: &Part, split: &Split, moved: Option<u32>) -> Result<()> {
         let targets = if moved.is_some() { part.targets.as_slice() } else { &[] };
         let first = moved.unwrap_or_default();
-        if first as usize + targets.len() > MOST_MORPHS {
-            return Err(Error::unsupported(format!("the clips move more than {MOST_MORPHS} morph targets"))
+        if first as usize + targets.len() > MAX_MORPHS {
+            return Err(Error::unsupported(format!("the clips move more than {MAX_MORPHS} morph targets"))
                 .advise("build from fewer clips"));
         }
         for point in &split.points {

@@ -10,7 +10,7 @@ use relievo_meshio::Model;
 use crate::character::{Character, MorphNode};
 
 /// Poses of all clips of a character at most.
-pub const MOST_POSES: usize = 1 << 14;
+pub const MAX_POSES: usize = 1 << 14;
 
 /// The affine map of a bone from the space of the vertices at binding to the model's: three rows of four numbers.
 pub type BoneMatrix = [[f32; 4]; 3];
@@ -88,7 +88,7 @@ pub(crate) struct Sampled {
 /// targets of some nodes. Without any animation, the only pose is that at rest.
 ///
 /// # Errors
-/// An animation does not exist, there are more than [`MOST_POSES`] poses, or a matrix is not finite.
+/// An animation does not exist, there are more than [`MAX_POSES`] poses, or a matrix is not finite.
 pub(crate) fn sample(
     context: &Context,
     model: &Model,
@@ -115,8 +115,8 @@ pub(crate) fn sample(
         let (start, end) = animation.range();
         let poses = ((end - start) * f64::from(rate)).round().max(1.0);
         count += poses as usize;
-        if !(poses <= MOST_POSES as f64) || count > MOST_POSES {
-            return Err(Error::unsupported(format!("the clips have more than {MOST_POSES} poses"))
+        if !(poses <= MAX_POSES as f64) || count > MAX_POSES {
+            return Err(Error::unsupported(format!("the clips have more than {MAX_POSES} poses"))
                 .at(format!("animation `{}`", animation.name))
                 .advise("lower the rate, or build from fewer clips"));
         }

@@ -28,13 +28,13 @@ use crate::view::CrowdView;
 use crate::weights::{Offsets, OwnWeights};
 
 /// Agents of a crowd at most.
-pub const MOST_AGENTS: usize = 1 << 24;
+pub const MAX_AGENTS: usize = 1 << 24;
 /// Depth of an agent against its distance up to which it is cut as a whole.
 pub(crate) const DEEP: f32 = 0.25;
 /// Rounding of the offset of a plane against its terms, by which clusters beyond it count as seen.
 pub(crate) const SLACK: f32 = 1e-6;
 /// Agents of one task.
-const PART: usize = 256;
+const CHUNK_LEN: usize = 256;
 /// Agents that are near of one task.
 const NEAR_PART: usize = 4;
 /// How much further than by its number an error may be taken to be seen, where a device rounds otherwise.
@@ -257,8 +257,8 @@ impl Crowd {
     /// # Errors
     /// Its model or clip does not exist, its transform has no inverse, or there are too many agents.
     pub fn add(&mut self, agent: Agent) -> Result<u32> {
-        if self.agents.len() >= MOST_AGENTS {
-            return Err(Error::unsupported(format!("a crowd has at most {MOST_AGENTS} agents")));
+        if self.agents.len() >= MAX_AGENTS {
+            return Err(Error::unsupported(format!("a crowd has at most {MAX_AGENTS} agents")));
         }
         let reach = self.reach(&agent)?;
         self.agents.push(agent);
@@ -474,7 +474,7 @@ impl Crowd {
         let mut states = std::mem::take(&mut self.states);
         let mut before = context.scratch().list::<u32>();
         before.extend(states.iter().map(|state| state.cut));
-        let done = context.for_each_part(states.as_mut_slice(), PART, |first, states| {
+        let done = context.for_each_part(states.as_mut_slice(), CHUNK_LEN, |first, states| {
             self.choose(context, view, first, states);
             Ok(())
         });
@@ -536,7 +536,7 @@ impl Crowd {
 
     /// Sets what the agents from `first` on are in a view.
     fn choose(&self, context: &Context, view: &CrowdView, first: usize, states: &mut [State]) {
-        let (mut near, mut inside) = ([0.0; PART], [1.0; PART]);
+        let (mut near, mut inside) = ([0.0; CHUNK_LEN], [1.0; CHUNK_LEN]);
         let (near, inside) = (&mut near[..states.len()], &mut inside[..states.len()]);
         self.spheres.measure(context.level(), first, view, near, inside);
         for (at, state) in states.iter_mut().enumerate() {

@@ -33,7 +33,7 @@ use crate::draws::{Draw, Instance};
 use crate::view::CrowdView;
 
 /// Planes of a view at most.
-const MOST_PLANES: usize = 63;
+const MAX_PLANES: usize = 63;
 
 /// What a cut counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -114,8 +114,8 @@ impl DeviceCrowd {
     /// Sends the view, the poses, and agents that changed.
     fn send(&mut self, context: &Context, crowd: &Crowd, (view, time): (&CrowdView, f64)) -> Result<()> {
         view.check()?;
-        if view.planes.len() > MOST_PLANES {
-            return Err(Error::unsupported(format!("a view on a device has at most {MOST_PLANES} planes")).at("view"));
+        if view.planes.len() > MAX_PLANES {
+            return Err(Error::unsupported(format!("a view on a device has at most {MAX_PLANES} planes")).at("view"));
         }
         if crowd.models().len() != self.shared.clips.len() {
             return Err(Error::invalid("the crowd has other models than were sent").advise("make it for this crowd"));

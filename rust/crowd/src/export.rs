@@ -12,7 +12,7 @@ use crate::clip::BoneMatrix;
 use crate::hierarchy::CrowdModel;
 
 /// Levels of detail at most.
-pub const MOST_LEVELS: u32 = 16;
+pub const MAX_LEVELS: u32 = 16;
 /// Ratio of the triangles of a level to those of the one before.
 const RATIO: f64 = 0.25;
 /// Pixels of the screen that coverages are computed for.
@@ -21,7 +21,7 @@ const SCREEN: [f64; 2] = [1920.0, 1080.0];
 /// What levels of detail are written, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelSettings {
-    /// Levels at most, 1 to [`MOST_LEVELS`].
+    /// Levels at most, 1 to [`MAX_LEVELS`].
     pub count: u32,
     /// Error that may be seen, in pixels of a screen of 1920 × 1080, above 0.
     pub pixels: f64,
@@ -74,9 +74,9 @@ impl CrowdModel {
     /// stop.
     pub fn save_levels(&self, path: &Path, settings: &LevelSettings, progress: &mut dyn Progress) -> Result<Exported> {
         let LevelSettings { count, pixels, is_separate } = *settings;
-        if !(1..=MOST_LEVELS).contains(&count) || !(pixels > 0.0 && pixels.is_finite()) {
+        if !(1..=MAX_LEVELS).contains(&count) || !(pixels > 0.0 && pixels.is_finite()) {
             return Err(Error::invalid(format!("{count} levels of {pixels} pixels"))
-                .advise(format!("give 1 to {MOST_LEVELS} levels and an error above 0 pixels")));
+                .advise(format!("give 1 to {MAX_LEVELS} levels and an error above 0 pixels")));
         }
         progress.step(0.0, "cut levels")?;
         let levels = self.levels(count);

@@ -30,7 +30,7 @@ const SAMPLES: usize = 4;
 /// Error of the triangles in a picture, in texels.
 const FINE: f32 = 0.25;
 /// Pictures that are kept; all are forgotten where there would be more.
-const MOST: usize = 1 << 13;
+const MAX: usize = 1 << 13;
 
 /// What a picture shows at a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,7 +133,7 @@ impl Impostors {
             keys.iter().map(|(_, key)| *key).filter(|key| !self.made.contains_key(key)).collect();
         missing.sort_unstable();
         missing.dedup();
-        if self.made.len() + missing.len() > MOST {
+        if self.made.len() + missing.len() > MAX {
             self.made.clear();
             missing = keys.iter().map(|(_, key)| *key).collect();
             missing.sort_unstable();

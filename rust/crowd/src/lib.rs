@@ -42,22 +42,22 @@ mod weights;
 
 pub use agents::{Walker, clip_index, parse_agents, parse_walkers, read_walkers, square};
 pub use build::refit::Refit;
-pub use character::{Bone, Character, Influence, MOST_BONES, MOST_TRIANGLES};
-pub use clip::{BoneMatrix, Clip, MOST_POSES, Pose};
-pub use crowd::{Agent, Crowd, Drawn, Frame, MOST_AGENTS, PoseKey};
+pub use character::{Bone, Character, Influence, MAX_BONES, MAX_TRIANGLES};
+pub use clip::{BoneMatrix, Clip, MAX_POSES, Pose};
+pub use crowd::{Agent, Crowd, Drawn, Frame, MAX_AGENTS, PoseKey};
 pub use device::{
     DeviceCounted, DeviceCrowd, DeviceDraws, DeviceInstance, DeviceOcclusion, DevicePosed, DevicePoser, DeviceQuads,
     DeviceUnhidden, Look,
 };
 pub use draws::{Draw, DrawList, Instance};
-pub use export::{Exported, LevelSettings, MOST_LEVELS};
+pub use export::{Exported, LevelSettings, MAX_LEVELS};
 pub use file::Reader;
 pub use geomorph::Collapse;
 pub use hierarchy::{BuildSettings, Cluster, CrowdModel, Distances, Group, NONE, Report, Variant};
 pub use impostor::{Impostor, Impostors, SIDE, Texel};
 pub use ladder::Ladder;
 pub use levels::{Level, Spread};
-pub use morph::{MOST_MORPHS, MorphOffset, Morphs};
+pub use morph::{MAX_MORPHS, MorphOffset, Morphs};
 pub use occlusion::{Culled, Occlusion, PixelView};
 pub use skinning::{Blend, dual_rows, skin, skin_normals};
 pub use stream::{Stream, Streamed};

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::character::Character;
 
 /// Morph targets of a character at most.
-pub const MOST_MORPHS: usize = 1 << 16;
+pub const MAX_MORPHS: usize = 1 << 16;
 
 /// What a morph target adds to a vertex at weight one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,7 +52,7 @@ impl Morphs {
         if self.count == 0 {
             return self.starts.is_empty() && self.offsets.is_empty();
         }
-        self.count as usize <= MOST_MORPHS
+        self.count as usize <= MAX_MORPHS
             && self.starts.len() == vertices + 1
             && self.starts.is_sorted()
             && self.starts[0] == 0

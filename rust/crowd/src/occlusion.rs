@@ -18,7 +18,7 @@ use crate::hierarchy::{CrowdModel, Group};
 use crate::skinning::skin;
 
 /// Triangles of occluders at most; the nearest agents come first.
-const MOST_TRIANGLES: u64 = 1 << 18;
+const MAX_TRIANGLES: u64 = 1 << 18;
 /// Pixels along the side of a tile.
 const TILE: usize = 8;
 /// Rows of a task.
@@ -32,7 +32,7 @@ const LOSSES: [u32; 2] = [4, 2];
 /// Frames of a rest.
 const REST: u32 = 32;
 /// Pixels of a picture at most.
-const MOST_PIXELS: u64 = 1 << 26;
+const MAX_PIXELS: u64 = 1 << 26;
 
 /// A camera whose picture has one sample in the middle of each pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,7 +175,7 @@ impl Occlusion {
             let model = &crowd.models()[agent(drawn).model as usize];
             let clusters = self.seen_before(crowd, frame, *drawn);
             let count: u64 = clusters.iter().map(|it| u64::from(model.clusters[it.0 as usize].count)).sum();
-            if triangles + count > MOST_TRIANGLES {
+            if triangles + count > MAX_TRIANGLES {
                 break;
             }
             triangles += count;
@@ -298,7 +298,7 @@ impl PixelView {
     pub(crate) fn check(&self) -> Result<()> {
         let [width, height] = self.size.map(u64::from);
         let is_finite = self.eye.is_finite() && self.axes.is_finite() && self.fov > 0.0 && self.fov < 3.1;
-        if !is_finite || width * height == 0 || width * height > MOST_PIXELS {
+        if !is_finite || width * height == 0 || width * height > MAX_PIXELS {
             return Err(Error::invalid("the view is not finite, or has no pixels or more than 2^26").at("view"));
         }
         Ok(())

@@ -6,7 +6,7 @@ use relievo_core::{Error, Result};
 use crate::crowd::Crowd;
 
 /// Planes of a view with shadows at most.
-const MOST_PLANES: usize = 48;
+const MAX_PLANES: usize = 48;
 /// Angular radius of a sun, in radians, from which its light comes from everywhere.
 const WIDE: f64 = 1.4;
 /// Relative rounding of planes.
@@ -131,7 +131,7 @@ fn swept(planes: &[DVec4], away: DVec3, radius: f64) -> Vec<DVec4> {
     let (mut made, entered): (Vec<DVec4>, Vec<DVec4>) = planes.iter().partition(|plane| is_left(plane));
     let left = made.clone();
     for (left, entered) in left.iter().flat_map(|left| entered.iter().map(move |entered| (left, entered))) {
-        if made.len() >= MOST_PLANES {
+        if made.len() >= MAX_PLANES {
             break;
         }
         let between = |share: f64| *entered + share * (*left - *entered);

@@ -21,7 +21,7 @@ use crate::hierarchy::{CrowdModel, NONE};
 use crate::skinning::Blend;
 
 /// Bones of a group at most whose differences are looked at.
-const FEW: usize = 12;
+const MAX_GROUP_BONES: usize = 12;
 
 /// The offsets of a model, which all its agents share.
 #[derive(Clone, Debug, Default)]
@@ -36,7 +36,7 @@ pub(crate) struct Offsets {
 /// What moves the vertices of a group and of those below it.
 #[derive(Clone, Debug, Default)]
 struct GroupOffsets {
-    /// The bones, in order; none where there are more than [`FEW`].
+    /// The bones, in order; none where there are more than [`MAX_GROUP_BONES`].
     bones: Vec<u16>,
     has_many: bool,
     /// The groups below.
@@ -99,7 +99,7 @@ impl GroupOffsets {
                 self.bones.insert(place, bone);
             }
         }
-        if self.bones.len() > FEW {
+        if self.bones.len() > MAX_GROUP_BONES {
             self.has_many = true;
             self.bones.clear();
         }

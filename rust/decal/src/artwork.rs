@@ -13,7 +13,7 @@ use crate::decal::Sticker;
 use crate::map::energy::Vec2;
 
 /// The most bytes of an image with its smaller copies.
-const MOST: u64 = 4 << 30;
+const MAX: u64 = 4 << 30;
 
 /// Colours of pixels, premultiplied by alpha, with the share of the pixel that lies within the outline.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ impl Artwork {
             .at("image")
             .advise("give the image that the sticker was cut out of"));
         }
-        if u64::from(size[0]) * u64::from(size[1]) * (size_of::<[f32; 5]>() as u64) * 4 / 3 > MOST {
+        if u64::from(size[0]) * u64::from(size[1]) * (size_of::<[f32; 5]>() as u64) * 4 / 3 > MAX {
             return Err(Error::memory("it takes more than 4 GiB with its filtered copies")
                 .at("image")
                 .advise("make the image smaller"));

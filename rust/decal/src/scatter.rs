@@ -12,7 +12,7 @@ use crate::pins::{Place, insert};
 use crate::surface::{Surface, Vec3};
 
 /// The most decals of a scatter.
-const MOST: f64 = 1_000_000.0;
+const MAX: f64 = 1_000_000.0;
 /// The golden ratio as a fraction of 2⁶⁴, by which SplitMix64 counts.
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
@@ -56,7 +56,7 @@ pub fn scatter(context: &Context, mesh: &Mesh, sticker: &Sticker, settings: &Sca
         sums.push(area);
     }
     let count = (density * area).round();
-    if area.is_nan() || area <= 0.0 || count > MOST {
+    if area.is_nan() || area <= 0.0 || count > MAX {
         return refuse("the mesh has no area, or there would be more than a million decals", "lower the density");
     }
     let mut random = Random(seed);

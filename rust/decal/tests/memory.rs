@@ -9,7 +9,7 @@ use relievo_decal::{DecalSettings, Pin, Placement, Sticker, nearest};
 /// Squares along each side of the sheet.
 const SIDE: u32 = 200;
 /// Bytes for each triangle of the patch, with the surface around it.
-const MOST: f64 = 350.0;
+const MAX: f64 = 350.0;
 
 /// Bytes that the process has, or had at most.
 fn memory(what: &str) -> f64 {
@@ -52,5 +52,5 @@ fn a_sticker_takes_few_bytes_for_each_of_its_triangles() {
     lay(SIDE / 8);
     let (count, bytes) = lay(SIDE);
     assert!(count > 50_000, "{count}");
-    assert!(bytes / count as f64 <= MOST, "{} bytes for each of {count} triangles", bytes / count as f64);
+    assert!(bytes / count as f64 <= MAX, "{} bytes for each of {count} triangles", bytes / count as f64);
 }

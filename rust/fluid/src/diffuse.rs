@@ -26,7 +26,7 @@ pub use potential::Potentials;
 use surroundings::Surroundings;
 
 /// Particles of a task.
-const PART: usize = 1024;
+const CHUNK_LEN: usize = 1024;
 /// Speed along an axis, in m/s, up to which sums of its squares over all neighbours are finite.
 const FASTEST: f32 = 1e15;
 

@@ -21,9 +21,9 @@ const TAKEN: f32 = 0.6;
 /// The least distance of layers, in spacings: nearer ones would be taken for what is there already.
 const CLOSEST: f64 = 0.7;
 /// Layers that an emitter makes in a step, at most.
-const MOST: f64 = 4096.0;
+const MAX: f64 = 4096.0;
 /// Places of them, at most.
-const MOST_PLACES: f64 = 67_108_864.0;
+const MAX_PLACES: f64 = 67_108_864.0;
 
 /// What particles are emitted from: one layer after the other, each about as far from the one before as the spacing.
 pub struct Emitter {
@@ -134,7 +134,7 @@ impl Emitter {
         // Layers by their numbers, so that each is made in one step alone.
         let number = |time: f64| ((time - self.time[0]).max(0.0) / self.period).ceil();
         let (first, end) = (number(since), if now > self.time[0] { number(now) } else { 0.0 });
-        if end - first > MOST || (end - first) * self.layer() as f64 > MOST_PLACES {
+        if end - first > MAX || (end - first) * self.layer() as f64 > MAX_PLACES {
             return Err(Error::invalid(format!("an emitter would make {} layers in a step", end - first))
                 .advise("let its particles be slower, or steps shorter"));
         }

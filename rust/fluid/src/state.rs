@@ -5,7 +5,7 @@ pub(crate) mod checkpoint;
 use glam::Vec4;
 use relievo_core::{Error, Result};
 
-use crate::solver::particles::{MOST, MOST_CHANNELS, ParticleChannel, is_reserved, too_many};
+use crate::solver::particles::{MAX, MAX_CHANNELS, ParticleChannel, is_reserved, too_many};
 
 /// All that a fluid goes on from: one with the same options and walls does the same from it, to the bit. The rows of all
 /// lists are in the same order, which counts.
@@ -56,7 +56,7 @@ impl State {
         if let Some((name, length)) = lists.into_iter().find(|(_, length)| *length != count) {
             return Err(Error::invalid(format!("there are {length} rows for {count} particles")).at(name));
         }
-        if count > MOST || self.channels.len() > MOST_CHANNELS {
+        if count > MAX || self.channels.len() > MAX_CHANNELS {
             return Err(too_many());
         }
         let refuse = |name: &str, what: &str| Err(Error::invalid(what).at(name));

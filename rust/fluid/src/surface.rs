@@ -29,7 +29,7 @@ use crate::surface::rows::Rows;
 /// Cells are wider than what particles reach by this factor, so that rounding hides none.
 const MARGIN: f32 = 1.0001;
 /// Pairs of particles of the same cell at most.
-const MOST_PAIRS: u64 = 1 << 33;
+const MAX_PAIRS: u64 = 1 << 33;
 
 /// A function of particles, prepared: particles in the order of cells, with the amplitude and the shape of the kernel
 /// of each. Some 22 bytes a particle, 46 with anisotropic kernels.
@@ -152,7 +152,7 @@ impl Surface {
     fn check_pairs(&self) -> Result<()> {
         let crowd = |cell: usize| self.rows.particles(cell).len() as u64;
         let pairs = (0..self.rows.len()).fold(0u64, |pairs, cell| pairs.saturating_add(crowd(cell) * crowd(cell)));
-        if pairs <= MOST_PAIRS {
+        if pairs <= MAX_PAIRS {
             return Ok(());
         }
         let most = (0..self.rows.len()).map(crowd).max().unwrap_or(0);

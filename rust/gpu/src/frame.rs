@@ -12,7 +12,7 @@ use crate::device::Device;
 use crate::kernel::{Bindings, Kernel};
 use crate::pass_time::PassTime;
 use crate::readback::{self, Readback, read};
-use crate::timing::{BYTES, MOST, TimingSet, give, take, times};
+use crate::timing::{BYTES, MAX, TimingSet, give, take, times};
 
 /// Commands that are being recorded.
 pub struct Frame {
@@ -95,7 +95,7 @@ impl Frame {
     /// The queries of the next pass, if it is timed.
     fn stamps(&mut self, name: &'static str) -> Option<[u32; 2]> {
         let index = self.names.len() as u32;
-        if self.timing.is_none() || index == MOST {
+        if self.timing.is_none() || index == MAX {
             return None;
         }
         self.names.push(name);

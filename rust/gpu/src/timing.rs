@@ -8,7 +8,7 @@ use crate::device::{Device, lock};
 use crate::pass_time::PassTime;
 
 /// Passes of a frame that are timed; those beyond are not.
-pub(crate) const MOST: u32 = 256;
+pub(crate) const MAX: u32 = 256;
 
 /// Queries and the buffers their results pass through, reused from frame to frame.
 pub(crate) struct TimingSet {
@@ -18,7 +18,7 @@ pub(crate) struct TimingSet {
 }
 
 /// Bytes of all results of a set.
-pub(crate) const BYTES: u64 = 2 * MOST as u64 * size_of::<u64>() as u64;
+pub(crate) const BYTES: u64 = 2 * MAX as u64 * size_of::<u64>() as u64;
 
 /// A set that no frame uses, a new one if there is none.
 pub(crate) fn take(device: &Device) -> Result<TimingSet> {
@@ -33,7 +33,7 @@ pub(crate) fn take(device: &Device) -> Result<TimingSet> {
         queries: device.wgpu().create_query_set(&wgpu::QuerySetDescriptor {
             label: Some("times"),
             ty: wgpu::QueryType::Timestamp,
-            count: 2 * MOST,
+            count: 2 * MAX,
         }),
         resolved: make("times", wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
         host: make("times read", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),

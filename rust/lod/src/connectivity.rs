@@ -29,12 +29,12 @@ pub const SEAM: u8 = 4;
 pub const OUTSIDE: u8 = 8;
 
 /// Vertices or triangles that are worked on by one task.
-pub const PART: usize = 4096;
+pub const CHUNK_LEN: usize = 4096;
 
 /// Room in the list of corners, for each triangle, for three and for corners that move until what is gone is left out.
 const ROOM: usize = 5;
 
-/// The part of [`PART`] triangles that a vertex belongs to, that of one of its triangles, and how many of the last bits of
+/// The part of [`CHUNK_LEN`] triangles that a vertex belongs to, that of one of its triangles, and how many of the last bits of
 /// the numbers of parts must not count for it to be in the same one as those around were when parts were made.
 #[derive(Clone, Copy)]
 pub struct Part(u32);
@@ -44,7 +44,7 @@ impl Part {
     const NUMBER: u32 = (1 << 24) - 1;
 
     fn of(corner: u32) -> Self {
-        Self(corner / (4 * PART as u32))
+        Self(corner / (4 * CHUNK_LEN as u32))
     }
 
     fn reaching(self, bits: u32) -> Self {
@@ -106,19 +106,19 @@ pub struct Spoke {
 /// The corners at a vertex.
 #[derive(Default)]
 pub struct Fan {
-    spokes: [Spoke; Self::MOST],
-    open: [u32; Self::MOST],
+    spokes: [Spoke; Self::MAX],
+    open: [u32; Self::MAX],
     size: usize,
     opened: usize,
 }
 
 impl Fan {
     /// Corners of a fan at most.
-    pub const MOST: usize = 32;
+    pub const MAX: usize = 32;
 
     /// Whether there may be more corners than these.
     pub fn is_full(&self) -> bool {
-        self.size == Self::MOST
+        self.size == Self::MAX
     }
 
     /// The corners.
@@ -354,7 +354,7 @@ impl Connectivity {
         }
         let mut corners = Vec::with_capacity(ROOM * kept.len());
         corners.resize_with(end as usize, || AtomicU32::new(NONE));
-        context.for_each_part((spans.as_slice(), rest), PART, |_, (spans, rest)| {
+        context.for_each_part((spans.as_slice(), rest), CHUNK_LEN, |_, (spans, rest)| {
             for ([start, _], old) in spans.iter().zip(rest) {
                 let moved = &corners[start.load(Relaxed) as usize..];
                 moved.iter().zip(self.around(*old)).for_each(|(new, old)| new.store(corner(old), Relaxed));

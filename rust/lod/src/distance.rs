@@ -26,7 +26,7 @@ const PIECES: [usize; 2] = [1 << 14, 8];
 /// A cut that leaves less of a piece beyond it, as a share of the piece's longest edge, is not made.
 const SLIVER: f64 = 1e-3;
 /// Points or triangles of one task.
-const PART: usize = 256;
+const CHUNK_LEN: usize = 256;
 /// Barycentric coordinates of the corners of a whole triangle.
 pub(crate) const WHOLE: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::Z];
 /// Bytes of the structures for a triangle.
@@ -182,9 +182,9 @@ impl<'a> Surface<'a> {
         if self.solid.is_empty() {
             return vec![(NONE, f64::INFINITY); points.len()];
         }
-        let parts = context.map(points.len().div_ceil(PART), |part| {
+        let parts = context.map(points.len().div_ceil(CHUNK_LEN), |part| {
             let mut hint = NONE;
-            let points = &points[part * PART..points.len().min((part + 1) * PART)];
+            let points = &points[part * CHUNK_LEN..points.len().min((part + 1) * CHUNK_LEN)];
             let nearest = points.iter().map(|point| {
                 let near = self.nearest(exact(*point), hint);
                 hint = near.triangle;
@@ -239,10 +239,10 @@ impl<'a> Surface<'a> {
     ) -> Result<Vec<Near>> {
         let mut is_used = vec![false; self.points.len()];
         self.solid.iter().flat_map(|it| self.triangles[*it as usize]).for_each(|it| is_used[it as usize] = true);
-        let parts = self.points.len().div_ceil(PART);
+        let parts = self.points.len().div_ceil(CHUNK_LEN);
         let found = context.map_watched(parts, progress, ("measure", span), |part| {
             let mut hint = NONE;
-            let range = part * PART..self.points.len().min((part + 1) * PART);
+            let range = part * CHUNK_LEN..self.points.len().min((part + 1) * CHUNK_LEN);
             let near = range.map(|index| {
                 if !is_used[index] {
                     return Near { triangle: NONE, distance: 0.0 };
@@ -266,10 +266,10 @@ impl<'a> Surface<'a> {
         progress: &mut dyn Progress,
         span: [f32; 2],
     ) -> Result<Vec<Farthest>> {
-        let parts = self.solid.len().div_ceil(PART);
+        let parts = self.solid.len().div_ceil(CHUNK_LEN);
         let found = context.map_watched(parts, progress, ("measure", span), |part| {
             let mut waiting = Vec::new();
-            let range = part * PART..self.solid.len().min((part + 1) * PART);
+            let range = part * CHUNK_LEN..self.solid.len().min((part + 1) * CHUNK_LEN);
             let found = range.map(|index| {
                 let corners = self.corners(index as u32);
                 let near = self.triangles[self.solid[index] as usize].map(|vertex| near[vertex as usize]);

@@ -4,12 +4,12 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use relievo_core::{Context, Result};
 
-use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, next, previous};
+use crate::connectivity::{BOUNDARY, CHUNK_LEN, Connectivity, FIXED, NONE, next, previous};
 
 /// Finds the mates of all half-edges of a mesh that has none yet, and the flags of its vertices.
 pub fn find(context: &Context, mesh: &Connectivity, vertices: usize) -> Result<Vec<u8>> {
     let mut flags = vec![0; vertices];
-    context.for_each_part(flags.as_mut_slice(), PART, |first, flags| {
+    context.for_each_part(flags.as_mut_slice(), CHUNK_LEN, |first, flags| {
         let (mut leaving, mut join) = (Leaving::default(), Join::default());
         for (vertex, flags) in (first as u32..).zip(flags) {
             *flags = if leaving.close(mesh, vertex) { 0 } else { join.describe(mesh, vertex) };

@@ -10,7 +10,7 @@ use crate::simplify::patch::Pieces;
 /// Bits of a digit at most.
 const DIGIT: u32 = 11;
 /// Triangles of one task.
-const PART: usize = 4096;
+const CHUNK_LEN: usize = 4096;
 /// What one task sorts at least, so that counting digits is little of it.
 const SORTED: usize = 16_384;
 
@@ -82,9 +82,9 @@ pub fn along_curve(
         x | y << 1 | z << 2
     };
     let mut coded: Vec<Keyed> = context.map(triangles, |_| Keyed::default());
-    let mut parts: Vec<_> = coded.chunks_mut(PART).collect();
+    let mut parts: Vec<_> = coded.chunks_mut(CHUNK_LEN).collect();
     context.for_each_mut(&mut parts, |part, coded| {
-        (part * PART..).zip(coded.iter_mut()).for_each(|(at, coded)| *coded = keyed(code(at), at));
+        (part * CHUNK_LEN..).zip(coded.iter_mut()).for_each(|(at, coded)| *coded = keyed(code(at), at));
     });
     sort(context, coded, 3 * bits)
 }

@@ -129,7 +129,7 @@ pub struct Simplified {
 }
 
 /// Triangles of a mesh at most: corners are counted in 32 bits, four a triangle.
-const MOST: usize = (u32::MAX / 4) as usize;
+const MAX: usize = (u32::MAX / 4) as usize;
 /// Bytes of the structures for a triangle, with half a vertex.
 const BYTES: u64 = 160;
 /// The share of edges that are considered in a round. More would be faster and take edges out of their order.
@@ -138,7 +138,7 @@ const SHARE: f32 = 0.2;
 /// while there are enough below.
 const AHEAD: f32 = 1.25;
 /// Edges below the limit that are enough, as a share of the edges that are to be considered.
-const FEW: f32 = 0.25;
+const FEW_SHARE: f32 = 0.25;
 
 /// Simplifications at most of a mesh whose curves, where sheets meet, or double parts leave too many triangles.
 const TRIES: usize = 5;
@@ -359,10 +359,10 @@ pub fn check(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], opt
     if triangles.is_empty() {
         return Err(Error::invalid("a mesh without triangles cannot be simplified").at("triangles"));
     }
-    if triangles.len() > MOST || points.len() > MOST {
+    if triangles.len() > MAX || points.len() > MAX {
         return Err(Error::unsupported(format!("{} triangles are too many", triangles.len()))
             .at("triangles")
-            .advise(format!("split the mesh into parts of at most {MOST}")));
+            .advise(format!("split the mesh into parts of at most {MAX}")));
     }
     check_memory(context, triangles.len().max(points.len()), 0)?;
     if let Some(index) = points.iter().position(|point| point.iter().any(|value| !value.is_finite())) {
@@ -430,7 +430,7 @@ impl Plan {
         let (edges, costs) = work.renew_costs(context, [self.known, self.ahead], error)?;
         let Some(wanted) = costs.below(self.share) else { return Ok(false) };
         let limit = wanted.min(self.ahead);
-        let few = costs.share_below(limit) < FEW * self.share;
+        let few = costs.share_below(limit) < FEW_SHARE * self.share;
         self.known = self.ahead.min(limit * AHEAD).min(f32::MAX);
         self.ahead = if few { wanted } else { limit } * AHEAD;
         let edges = if is_all { work.edges_below(context, limit) } else { edges };

@@ -12,7 +12,7 @@ use std::io::Read as _;
 use relievo_core::{Budget, Error, Result};
 
 use crate::bytes::Bytes;
-use crate::particles::{Channel, MOST_CHANNELS, Particles};
+use crate::particles::{Channel, MAX_CHANNELS, Particles};
 use crate::read::Read;
 
 pub(crate) const MAGIC: &[u8] = b"Bgeo";
@@ -115,9 +115,9 @@ struct Attributes {
 impl Attributes {
     /// Reads which attributes rows have beside their first `stride` numbers.
     fn read(bytes: &mut Bytes, count: u32, mut stride: usize, notes: &mut Vec<String>) -> Result<Self> {
-        if count as usize > MOST_CHANNELS {
+        if count as usize > MAX_CHANNELS {
             return Err(Error::unsupported(format!("there are {count} attributes"))
-                .advise(format!("use at most {MOST_CHANNELS}")));
+                .advise(format!("use at most {MAX_CHANNELS}")));
         }
         let mut list = Vec::new();
         for _ in 0..count {

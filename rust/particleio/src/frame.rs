@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use relievo_core::{Budget, Context, Error, Result, file};
 
 use crate::bytes::Bytes;
-use crate::particles::{Channel, MOST, MOST_CHANNELS, Particles};
+use crate::particles::{Channel, MAX, MAX_CHANNELS, Particles};
 
 pub(crate) const MAGIC: [u8; 8] = *b"RLVFLUID";
 /// The version that is written, and the newest that is read.
@@ -31,9 +31,9 @@ const HEADER: usize = 44;
 /// Items of a chunk.
 const CHUNK: usize = 1 << 16;
 /// Bytes of an index at most: all channels of 2³¹ particles.
-const MOST_INDEX: u64 = 1 << 26;
+const MAX_INDEX: u64 = 1 << 26;
 /// Bytes of a state at most.
-const MOST_STATE: u64 = 1 << 32;
+const MAX_STATE: u64 = 1 << 32;
 /// The level of zstd: floats gain little by more.
 const COMPRESSION: i32 = 1;
 
@@ -210,7 +210,7 @@ impl Header {
         if u32::from_le_bytes(file.array()?) != crc32fast::hash(&bytes[..HEADER - 4]) {
             return Err(damaged("the checksum of its header is wrong"));
         }
-        if index_length > MOST_INDEX {
+        if index_length > MAX_INDEX {
             return Err(damaged("it is not as long as it says"));
         }
         Ok(Self { index_sum, index_bytes, index_length, chunk_bytes })
@@ -258,7 +258,7 @@ impl Index {
         let level = text(&mut index)?;
         let count = u32::from_le_bytes(index.array()?) as usize;
         let sections = u32::from_le_bytes(index.array()?) as usize;
-        if count as u64 > MOST || sections > MOST_CHANNELS + 3 {
+        if count as u64 > MAX || sections > MAX_CHANNELS + 3 {
             return Err(damaged("it has too many particles or sections"));
         }
         let (mut entries, mut end) = (Vec::new(), 0);
@@ -288,7 +288,7 @@ impl Entry {
             PLACES => width == 3 && items == count as u64,
             NUMBERS => width == 1 && items == count as u64,
             CHANNEL => (1..=4).contains(&width) && items == count as u64,
-            STATE => width == 1 && items <= MOST_STATE,
+            STATE => width == 1 && items <= MAX_STATE,
             _ => return Err(damaged("a section is of an unknown kind")),
         };
         let chunks = items.div_ceil(CHUNK as u64);

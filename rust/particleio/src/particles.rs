@@ -7,9 +7,9 @@ use relievo_core::{Error, Result};
 /// The name of the channel of velocities, in m/s.
 pub const VELOCITY: &str = "velocity";
 /// Particles at most: formats count them in signed numbers of 32 bits.
-pub(crate) const MOST: u64 = i32::MAX as u64;
+pub(crate) const MAX: u64 = i32::MAX as u64;
 /// Channels at most.
-pub(crate) const MOST_CHANNELS: usize = 256;
+pub(crate) const MAX_CHANNELS: usize = 256;
 /// Bytes of a name at most.
 const LONGEST: usize = 255;
 
@@ -57,7 +57,7 @@ impl Particles {
     /// with `Unsupported` for more than 2³¹ - 1 particles or too many channels.
     pub fn check(&self) -> Result<()> {
         let count = self.points.len();
-        if count as u64 > MOST {
+        if count as u64 > MAX {
             return Err(Error::unsupported(format!("there are {count} particles")).advise("use at most 2³¹ - 1"));
         }
         if let Some(particle) = self.points.iter().position(|point| point.iter().any(|value| !value.is_finite())) {
@@ -72,9 +72,9 @@ impl Particles {
         if let Some(numbers) = self.numbers.as_ref().filter(|numbers| numbers.len() != count) {
             return Err(Error::invalid(format!("{} numbers are given for {count} particles", numbers.len())));
         }
-        if self.channels.len() > MOST_CHANNELS {
+        if self.channels.len() > MAX_CHANNELS {
             return Err(Error::unsupported(format!("there are {} channels", self.channels.len()))
-                .advise(format!("use at most {MOST_CHANNELS}")));
+                .advise(format!("use at most {MAX_CHANNELS}")));
         }
         let mut names = BTreeSet::new();
         for channel in &self.channels {

@@ -5,7 +5,7 @@
 use relievo_core::{Budget, Error, Result};
 
 use crate::bytes::cut_off;
-use crate::particles::{Channel, MOST, MOST_CHANNELS};
+use crate::particles::{Channel, MAX, MAX_CHANNELS};
 use crate::read::Read;
 use crate::vtk_words::{Kind, Words};
 
@@ -142,7 +142,7 @@ impl Reader<'_> {
     }
 
     fn points(&mut self, count: u64, kind: Kind) -> Result<()> {
-        if self.count.is_some() || count > MOST {
+        if self.count.is_some() || count > MAX {
             return Err(Error::unsupported("there are too many points, or a second list of them"));
         }
         let numbers = self.words.numbers(count.checked_mul(3).ok_or_else(cut_off)?, kind, &mut self.budget)?;
@@ -199,8 +199,8 @@ impl Reader<'_> {
         let is_taken = particles.channel(&name).is_some() || (name == NUMBER && particles.numbers.is_some());
         let fits = (1..=4).contains(&width) && (1..=255).contains(&name.len()) && !is_taken;
         let is_there = self.part == Part::Points && Some(rows) == self.count;
-        if !fits || !is_there || particles.channels.len() >= MOST_CHANNELS {
-            if self.part == Part::Points && self.read.notes.len() < MOST_CHANNELS {
+        if !fits || !is_there || particles.channels.len() >= MAX_CHANNELS {
+            if self.part == Part::Points && self.read.notes.len() < MAX_CHANNELS {
                 self.read.notes.push(format!("the array {:?} is left out", shown(&name)));
             }
             return self.words.skip(total, kind);

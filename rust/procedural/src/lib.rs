@@ -22,7 +22,7 @@ pub use crate::tiles::procedural_rates;
 /// The largest number of cells along a tile.
 pub const MAX_CELLS: u32 = 512;
 /// Steps that a coordinate may be from the origin: single precision holds them and their sums exactly.
-const MOST_STEPS: f32 = 4_194_304.0;
+const MAX_STEPS: f32 = 4_194_304.0;
 
 /// Blocks in one pose.
 #[derive(Debug, Default)]
@@ -242,7 +242,7 @@ fn scale<'a>(
         }
     }
     // With the margins of seams.
-    let least = (1.01 * widest / (MAX_OFFSET - 8) as f32).max(reach / MOST_STEPS).max(f32::MIN_POSITIVE);
+    let least = (1.01 * widest / (MAX_OFFSET - 8) as f32).max(reach / MAX_STEPS).max(f32::MIN_POSITIVE);
     (origin, least.log2().ceil().clamp(-120.0, 120.0).exp2())
 }
 

@@ -16,7 +16,7 @@ pub struct Camera {
 }
 
 /// The widest field of view: a plane that is wider shows nothing but its border.
-const MOST_FOV: f64 = 175.0 / 180.0 * std::f64::consts::PI;
+const MAX_FOV: f64 = 175.0 / 180.0 * std::f64::consts::PI;
 
 impl Camera {
     /// A camera at `eye` that looks at `target`, with `up` as near to upwards as that allows.
@@ -53,7 +53,7 @@ impl Camera {
         if !(eye.is_finite() && axes.is_finite()) {
             return Err(Error::invalid("the camera's position is not finite"));
         }
-        if !(fov > 0.0 && fov <= MOST_FOV) {
+        if !(fov > 0.0 && fov <= MAX_FOV) {
             return Err(Error::invalid(format!("the camera's field of view is {} degrees", fov.to_degrees()))
                 .advise("use more than 0 and at most 175 degrees"));
         }

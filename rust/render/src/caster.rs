@@ -27,7 +27,7 @@ const BLOCK: u32 = 16;
 /// Surfaces of dielectric bodies that a ray is followed through one after the other, and the share of the light from
 /// which on it is followed: what is left is seen as the sky's.
 const DEEPEST: u32 = 12;
-const LEAST: f32 = 0.01;
+const MIN: f32 = 0.01;
 /// The stream of samples of time; those of suns begin at 1.
 const TIMES: u32 = u32::MAX;
 
@@ -252,7 +252,7 @@ impl<'a> Caster<'a> {
                     (found.albedo, found.object) = (seen.albedo, seen.object);
                 }
                 for branch in self.branches(seen).into_iter().flatten() {
-                    if branch.depth > DEEPEST || branch.weight.max_element() < LEAST {
+                    if branch.depth > DEEPEST || branch.weight.max_element() < MIN {
                         found.color += branch.weight * self.background(branch.direction);
                     } else {
                         paths.push(branch);

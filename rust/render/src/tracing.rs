@@ -11,7 +11,7 @@ use crate::scene::{Placed, Placement};
 pub(crate) const LANES: usize = 8;
 
 /// Surfaces of dielectric bodies on the way of light at most; more let none through.
-const MOST_SURFACES: usize = 64;
+const MAX_SURFACES: usize = 64;
 
 /// What a ray meets.
 #[derive(Clone, Copy, Debug)]
@@ -124,7 +124,7 @@ impl<'a> Tracing<'a> {
         let (mut ray, mut light) = (*ray, Vec3::ONE);
         let direction = Vec3::from(ray.direction);
         let (length, unit) = (direction.length(), direction.normalize_or_zero());
-        for _ in 0..MOST_SURFACES {
+        for _ in 0..MAX_SURFACES {
             let Some(struck) = self.nearest(&ray, time) else { return light };
             let dielectric = self.placed.placement(struck.object()).and_then(|placement| placement.dielectric.as_ref());
             let (Some(dielectric), Some(place)) = (dielectric, self.place(&struck, direction)) else {
@@ -155,7 +155,7 @@ impl<'a> Tracing<'a> {
         }
         let mut ray = Ray::new([0.0; 3], direction.to_array());
         let mut entered = Vec::new();
-        for _ in 0..MOST_SURFACES {
+        for _ in 0..MAX_SURFACES {
             let struck = self.nearest(&ray, time)?;
             let place = self.place(&struck, direction)?;
             let object = struck.object();

@@ -46,7 +46,7 @@ pub use placed::{
 };
 #[cfg(feature = "wgpu")]
 pub use rasterizer::Rasterizer;
-pub use rates::{MOST_POWER, TileRates};
+pub use rates::{MAX_POWER, TileRates};
 pub use stage::Stage;
 pub use surface::DrawnSurface;
 pub use tiles::{TileDraw, TilePart, VirtualTiles};

@@ -7,7 +7,7 @@ use crate::corners::Corners;
 use crate::orient::Components;
 
 /// Tests of a ray against a face that are made in all. Components beyond count as outermost.
-const MOST_TESTS: usize = 1 << 28;
+const MAX_TESTS: usize = 1 << 28;
 
 /// Directions of the rays, far from directions that models are aligned with; the majority decides.
 const DIRECTIONS: [DVec3; 3] =
@@ -38,7 +38,7 @@ pub fn depths(context: &Context, corners: &Corners, components: &Components) -> 
         let outer = by_size.iter().take_while(|outer| size(**outer) >= size(*inner));
         for outer in outer.filter(|outer| *outer != inner && contains(**outer, *inner)) {
             tests += DIRECTIONS.len() * faces[*outer].len();
-            if tests > MOST_TESTS {
+            if tests > MAX_TESTS {
                 return depths;
             }
             let place = corners.place(corners.face_points(components.first[*inner])[0]);

@@ -17,13 +17,13 @@ pub struct Filling {
 }
 
 /// The most points that one filling may add. A round hole of n edges of one length gets n²/13.
-const MOST_POINTS: usize = 100_000;
+const MAX_POINTS: usize = 100_000;
 /// The most points that a filling adds to a loop of n points, as a multiple of n².
 const POINTS_OF_LOOP: usize = 8;
 /// The most rounds of splits, each of which may triple the triangles.
-const MOST_SPLITS: usize = 64;
+const MAX_SPLITS: usize = 64;
 /// The most rounds of flips after each round of splits.
-const MOST_FLIPS: usize = 32;
+const MAX_FLIPS: usize = 32;
 /// The smallest scale, as a share of the mean of those above zero: where points coincide, splits would not end.
 const SMALLEST: f64 = 0.125;
 
@@ -45,8 +45,8 @@ pub fn refine(filling: &mut Filling, scales: &[f64], is_taken: &dyn Fn(u32, u32)
     }
     let mean = scales.iter().sum::<f64>() / count as f64;
     let mut scales: Vec<f64> = scales.iter().map(|scale| scale.max(SMALLEST * mean)).collect();
-    let most = MOST_POINTS.min(POINTS_OF_LOOP * border * border);
-    for _ in 0..MOST_SPLITS {
+    let most = MAX_POINTS.min(POINTS_OF_LOOP * border * border);
+    for _ in 0..MAX_SPLITS {
         let mut faces = Vec::new();
         let mut added = Vec::new();
         for (face, triangle) in (0..).zip(&filling.triangles) {
@@ -82,7 +82,7 @@ pub fn refine(filling: &mut Filling, scales: &[f64], is_taken: &dyn Fn(u32, u32)
 fn relax(patch: &mut Patch, filling: &Filling, border: usize, is_taken: &dyn Fn(u32, u32) -> bool) -> Result<()> {
     // Edges away from the flips of a round are as they were when they were tested.
     let mut is_near = vec![true; filling.places.len()];
-    for _ in 0..MOST_FLIPS {
+    for _ in 0..MAX_FLIPS {
         let mut is_touched = vec![false; filling.places.len()];
         let mut chosen = Vec::new();
         for edge in patch.edges()? {

@@ -12,7 +12,7 @@ use crate::topology::{self, Topology};
 use crate::{fans, holes, orient, pairs, sift, weld};
 
 /// Stages of splits until all faces around the edges at fault are cut apart.
-const MOST_SPLITS: usize = 16;
+const MAX_SPLITS: usize = 16;
 
 /// A repaired mesh.
 #[derive(Clone, Debug, Default)]
@@ -166,7 +166,7 @@ impl Work {
             pairs::pair(corners, edges);
             report.split_points = split(context, corners, edges);
             // Edges that were paired may still have the same two points; those are cut.
-            for _ in 0..MOST_SPLITS {
+            for _ in 0..MAX_SPLITS {
                 if !is_branching {
                     break;
                 }

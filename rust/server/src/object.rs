@@ -16,7 +16,7 @@ const HEADER: usize = 56;
 /// Bytes of a chunk.
 const CHUNK: usize = 1 << 20;
 /// Bytes of a content at most: 256 GiB, so that the table of checksums stays small.
-const MOST: u64 = 1 << 38;
+const MAX: u64 = 1 << 38;
 
 /// Returns the bytes of the file of a content of so many bytes.
 pub fn file_size(content: u64) -> u64 {
@@ -65,7 +65,7 @@ impl<F: Read + Seek> Object<F> {
                 .advise("take the Relievo that wrote it"));
         }
         let size = u64::from(number(44)) | u64::from(number(48)) << 32;
-        if size > MOST || file_size(size) != length {
+        if size > MAX || file_size(size) != length {
             return Err(damaged("it is not as long as it says"));
         }
         let mut key = [0; 32];

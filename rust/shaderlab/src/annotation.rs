@@ -22,7 +22,7 @@ use crate::lexer::{Kind, Token, tokens};
 use crate::source::Language;
 
 /// Features that a vector may have.
-pub const MOST_FEATURES: usize = 64;
+pub const MAX_FEATURES: usize = 64;
 
 /// The word that stands for the membership of the vector taken last.
 pub(crate) const CONFIDENCE: &str = "confidence";
@@ -182,9 +182,9 @@ fn vector(text: &str, language: Language, whole: &Span, list: Span) -> Result<Me
         features.push(part.ok_or_else(|| Fault::new(whole.clone(), "an expression is missing").advise(EXAMPLE))?);
     }
     match features.pop() {
-        Some(weight) if (1..=MOST_FEATURES).contains(&features.len()) => Ok(Meaning::Vector { features, weight }),
+        Some(weight) if (1..=MAX_FEATURES).contains(&features.len()) => Ok(Meaning::Vector { features, weight }),
         Some(_) if !features.is_empty() => {
-            let what = format!("the vector has {} features, more than {MOST_FEATURES}", features.len());
+            let what = format!("the vector has {} features, more than {MAX_FEATURES}", features.len());
             Err(Fault::new(whole.clone(), what).advise("take fewer"))
         }
         _ => Err(Fault::new(whole.clone(), "a vector needs a feature and a weight").advise(EXAMPLE)),

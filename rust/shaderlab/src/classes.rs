@@ -11,10 +11,10 @@ use crate::instrument::EXAMPLES_HEAD;
 use crate::membership::membership;
 
 /// Examples that a shader may have. Each pixel compares its vectors with all of them.
-pub const MOST_EXAMPLES: usize = 4096;
+pub const MAX_EXAMPLES: usize = 4096;
 
 /// Bytes that a file of classes may have.
-const MOST_BYTES: u64 = 64 << 20;
+const MAX_BYTES: u64 = 64 << 20;
 
 /// The exponent of the membership where none is chosen.
 pub const EXPONENT: f32 = 2.0;
@@ -97,7 +97,7 @@ impl Classes {
     ///
     /// # Errors
     /// Fails if the version is another one, a vector has another length than the features or a number that is not
-    /// finite, the exponent is not in 0.01 to 64, or there are more than [`MOST_EXAMPLES`] examples.
+    /// finite, the exponent is not in 0.01 to 64, or there are more than [`MAX_EXAMPLES`] examples.
     pub fn check(&self) -> Result<()> {
         if self.version != 1 {
             return Err(Error::unsupported(format!("the classes have version {}", self.version))
@@ -108,9 +108,9 @@ impl Classes {
                 Error::invalid(format!("the exponent {} is out of range", self.exponent)).advise("use 0.01 to 64")
             );
         }
-        if self.examples.len() > MOST_EXAMPLES {
+        if self.examples.len() > MAX_EXAMPLES {
             return Err(Error::invalid(format!("there are {} examples", self.examples.len()))
-                .advise(format!("use at most {MOST_EXAMPLES}")));
+                .advise(format!("use at most {MAX_EXAMPLES}")));
         }
         for (index, Example { vector, .. }) in self.examples.iter().enumerate() {
             let place = || format!("example {index}");
@@ -206,7 +206,7 @@ impl Classes {
     /// Fails if the file cannot be read, is larger than 64 MiB or no UTF-8, or as [`Classes::from_json`] does.
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display().to_string();
-        let bytes = relievo_core::file::load(path, MOST_BYTES)?;
+        let bytes = relievo_core::file::load(path, MAX_BYTES)?;
         let text = String::from_utf8(bytes).map_err(|_| Error::invalid("the file is no UTF-8").at(&*place))?;
         Self::from_json(&text).map_err(|error| error.at(place))
     }

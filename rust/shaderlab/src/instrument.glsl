@@ -41,7 +41,7 @@ float pel_confidence() {
         float apart = 0.0;
         for (uint i = 0u; i < FEATURESu; i++) {
             float far = (pel_vector[i] - pel_example_values[first + 1u + i]) * pel_example_values[i];
-            float near = clamp(far, -MOST_DIFFERENCE, MOST_DIFFERENCE);
+            float near = clamp(far, -MAX_DIFFERENCE, MAX_DIFFERENCE);
             apart += near * near;
         }
         float member = pel_example_values[first];

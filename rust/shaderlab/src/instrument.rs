@@ -30,7 +30,7 @@ pub const LOG_HEAD: usize = 3;
 pub const VERTEX_HEAD: usize = 6;
 
 /// Largest difference of a feature between two vectors, so that squares of distances are finite.
-pub(crate) const MOST_DIFFERENCE: f32 = 1e18;
+pub(crate) const MAX_DIFFERENCE: f32 = 1e18;
 
 /// What the added code depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,7 +75,7 @@ impl Instrument {
             .replace("EXAMPLES_BINDING", &self.binding.to_string())
             .replace("LOG_BINDING", &(self.binding + 1).to_string())
             .replace("FEATURES", &self.features.to_string())
-            .replace("MOST_DIFFERENCE", "1e18")
+            .replace("MAX_DIFFERENCE", "1e18")
             .replace("LOG_VECTOR;", &self.accumulate(logged, "taken"))
             .replace("ADD_VECTOR;", &self.accumulate("pel_sums[i]", "pel_added"))
             .replace("PIXEL_FEATURE", pixel)

@@ -80,7 +80,7 @@ fn pel_confidence() -> f32 {
         var distance = 0.0;
         for (var i = 0u; i < FEATURESu; i++) {
             let far = (pel_vector[i] - pel_examples.values[first + 1u + i]) * pel_examples.values[i];
-            let near = clamp(far, -MOST_DIFFERENCE, MOST_DIFFERENCE);
+            let near = clamp(far, -MAX_DIFFERENCE, MAX_DIFFERENCE);
             distance += near * near;
         }
         let member = pel_examples.values[first];

@@ -5,7 +5,7 @@
 //! to exhaust the stack of a recursive parser.
 
 use crate::fault::{Checked, Fault, Span};
-use crate::source::{Language, MOST_BYTES};
+use crate::source::{Language, MAX_BYTES};
 
 /// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,18 +50,18 @@ const OPERATORS: [&str; 21] = [
 ];
 
 /// Deepest nesting of brackets.
-const MOST_NESTING: usize = 200;
+const MAX_NESTING: usize = 200;
 
 /// Most tokens between two of `;`, `{` and `}`.
-const MOST_STATEMENT: usize = 4096;
+const MAX_STATEMENT: usize = 4096;
 
 /// Most words `else`, each of which a parser may nest in the one before.
-const MOST_ELSE: usize = 2000;
+const MAX_ELSE: usize = 2000;
 
 /// Returns the tokens of a text in order.
 pub(crate) fn tokens(text: &str, language: Language) -> Checked<Vec<Token>> {
-    if text.len() > MOST_BYTES {
-        let fault = Fault::new(0..0, format!("the shader has more than {MOST_BYTES} bytes"));
+    if text.len() > MAX_BYTES {
+        let fault = Fault::new(0..0, format!("the shader has more than {MAX_BYTES} bytes"));
         return Err(vec![fault.advise("split it, or remove what is not used")]);
     }
     let mut lexer = Lexer { text, language, at: 0, starts_line: true };
@@ -240,19 +240,19 @@ fn check_depth(text: &str, tokens: &[Token]) -> Result<(), Fault> {
             "else" => branches += 1,
             _ => {}
         }
-        if branches > MOST_ELSE {
-            let fault = Fault::new(token.span.clone(), format!("the shader has more than {MOST_ELSE} words `else`"));
+        if branches > MAX_ELSE {
+            let fault = Fault::new(token.span.clone(), format!("the shader has more than {MAX_ELSE} words `else`"));
             return Err(fault.advise("use a switch or a table"));
         }
         if matches!(token.text(text), "{" | "}" | ";") {
             length = 0;
         }
-        if depth > MOST_NESTING {
-            let fault = Fault::new(token.span.clone(), format!("brackets are nested more than {MOST_NESTING} deep"));
+        if depth > MAX_NESTING {
+            let fault = Fault::new(token.span.clone(), format!("brackets are nested more than {MAX_NESTING} deep"));
             return Err(fault.advise("split the expression or the function"));
         }
-        if length > MOST_STATEMENT {
-            let fault = Fault::new(token.span.clone(), format!("a statement has more than {MOST_STATEMENT} tokens"));
+        if length > MAX_STATEMENT {
+            let fault = Fault::new(token.span.clone(), format!("a statement has more than {MAX_STATEMENT} tokens"));
             return Err(fault.advise("split it into several statements"));
         }
     }

@@ -39,7 +39,7 @@ mod volume;
 
 pub use accumulation::Accumulation;
 pub use augment::{Augmented, Feature, Site};
-pub use classes::{Class, Classes, EXPONENT, Example, MOST_EXAMPLES, Mode};
+pub use classes::{Class, Classes, EXPONENT, Example, MAX_EXAMPLES, Mode};
 pub use diagnosis::{Correlation, Diagnosis, Explanation, Neighbour};
 pub use edit::SpanMap;
 pub use fault::{Fault, Faults, Span};
@@ -49,9 +49,9 @@ pub use outline::Declared;
 pub use project::{Classified, Input, Project};
 pub use resource::{Field, FieldKind, Resource, ResourceKind};
 #[cfg(feature = "wgpu")]
-pub use runner::{Inputs, MOST_VECTORS, MOST_VERTICES, Program, Runner, Texture, Textures};
+pub use runner::{Inputs, MAX_VECTORS, MAX_VERTICES, Program, Runner, Texture, Textures};
 pub use shader::{Entry, Shader};
-pub use source::{Language, MOST_BYTES, Source, Stage};
+pub use source::{Language, MAX_BYTES, Source, Stage};
 pub use transfer::{Transfer, membership_function};
 #[cfg(feature = "wgpu")]
 pub use values::{Setting, Value};

@@ -5,7 +5,7 @@
 //! overflow. A vector that equals examples belongs to their class; if they contradict each other, to the share of positive
 //! ones among them. Without examples every degree is 0.5.
 
-use crate::instrument::MOST_DIFFERENCE;
+use crate::instrument::MAX_DIFFERENCE;
 
 /// Returns the degree, 0 to 1, to which a vector belongs to the positive class, in f32 as shaders compute it.
 ///
@@ -25,7 +25,7 @@ pub fn membership<'a>(
     for (class, example) in examples {
         let mut distance = 0.0_f32;
         for ((value, other), factor) in vector.iter().zip(example).zip(factors) {
-            let difference = ((value - other) * factor).clamp(-MOST_DIFFERENCE, MOST_DIFFERENCE);
+            let difference = ((value - other) * factor).clamp(-MAX_DIFFERENCE, MAX_DIFFERENCE);
             distance += difference * difference;
         }
         sums = Some(match sums {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::classes::{Class, EXPONENT};
 
 /// Bytes that a project file may have.
-const MOST_BYTES: u64 = 16 << 20;
+const MAX_BYTES: u64 = 16 << 20;
 
 /// A texture that a shader is given.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -107,7 +107,7 @@ impl Project {
     /// Fails if the file cannot be read, is larger than 16 MiB or no UTF-8, or as [`Self::parse`] does.
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display().to_string();
-        let bytes = relievo_core::file::load(path, MOST_BYTES)?;
+        let bytes = relievo_core::file::load(path, MAX_BYTES)?;
         let text = String::from_utf8(bytes).map_err(|_| Error::invalid("the file is no UTF-8").at(&*place))?;
         let mut project = Self::parse(&text).map_err(|error| error.at(place))?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -135,7 +135,7 @@ impl Project {
         }
         let mut text = String::new();
         if path.exists() {
-            let bytes = relievo_core::file::load(path, MOST_BYTES)?;
+            let bytes = relievo_core::file::load(path, MAX_BYTES)?;
             let before = String::from_utf8_lossy(&bytes).into_owned();
             for line in before.lines().take_while(|line| line.starts_with('#')) {
                 let _ = writeln!(text, "{line}");
@@ -152,7 +152,7 @@ impl Project {
     /// cannot be written.
     pub fn append(path: &Path, examples: &[Classified]) -> Result<()> {
         let place = path.display().to_string();
-        let bytes = relievo_core::file::load(path, MOST_BYTES)?;
+        let bytes = relievo_core::file::load(path, MAX_BYTES)?;
         let mut text = String::from_utf8(bytes).map_err(|_| Error::invalid("the file is no UTF-8").at(&*place))?;
         if !text.is_empty() && !text.ends_with('\n') {
             text.push('\n');

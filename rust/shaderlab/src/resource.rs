@@ -5,7 +5,7 @@ use naga::{AddressSpace, ArraySize, Handle, ImageClass, ImageDimension, Module, 
 use crate::dialect::{SAMPLER, TEXTURE};
 
 /// Numbers that a uniform may have; more are left at 0.
-const MOST_NUMBERS: usize = 1 << 16;
+const MAX_NUMBERS: usize = 1 << 16;
 
 /// A number of a uniform, or several of one name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -165,7 +165,7 @@ fn collect(module: &Module, ty: Handle<Type>, name: &str, at: u32, fields: &mut 
             let mut element = Vec::new();
             collect(module, *base, name, 0, &mut element);
             for field in element {
-                let count = (count.get() as usize).min(MOST_NUMBERS / field.offsets.len().max(1)) as u32;
+                let count = (count.get() as usize).min(MAX_NUMBERS / field.offsets.len().max(1)) as u32;
                 let offsets = (0..count).flat_map(|index| field.offsets.iter().map(move |it| (index, *it)));
                 let offsets = offsets.map(|(index, offset)| at.saturating_add(index * stride).saturating_add(offset));
                 fields.push(Field { offsets: offsets.collect(), ..field });

@@ -21,12 +21,12 @@ use relievo_gpu::{Buffer, Device, wgpu};
 use relievo_render::Image;
 
 use crate::accumulation::Accumulation;
-use crate::classes::{Classes, MOST_EXAMPLES, Mode};
+use crate::classes::{Classes, MAX_EXAMPLES, Mode};
 use crate::instrument::{EXAMPLES_HEAD, LOG_HEAD, VERTEX_HEAD};
 use crate::log::{Log, Part};
 
 pub use bind::{Inputs, Texture, Textures};
-pub use geometry::MOST_VERTICES;
+pub use geometry::MAX_VERTICES;
 pub use program::Program;
 
 use bind::Bound;
@@ -35,7 +35,7 @@ use draw::{Pipeline, Run};
 use geometry::Geometry;
 
 /// Vectors of one pixel that the log keeps one by one. Later ones are still accumulated.
-pub const MOST_VECTORS: usize = 4096;
+pub const MAX_VECTORS: usize = 4096;
 
 /// The buffers of an augmented shader.
 struct Instruments {
@@ -48,7 +48,7 @@ struct Instruments {
 impl Instruments {
     /// Returns the words of the log of one invocation.
     fn logged(&self) -> usize {
-        LOG_HEAD + self.features + MOST_VECTORS * (self.features + 1)
+        LOG_HEAD + self.features + MAX_VECTORS * (self.features + 1)
     }
 }
 
@@ -168,10 +168,10 @@ impl Runner {
         let mut instruments = Vec::new();
         for instrument in program.parts().filter_map(|part| part.instrument.as_ref()) {
             let width = instrument.features + 1;
-            let examples = EXAMPLES_HEAD + instrument.features + MOST_EXAMPLES * width;
+            let examples = EXAMPLES_HEAD + instrument.features + MAX_EXAMPLES * width;
             let pixels = size[0] as usize * size[1] as usize;
             let vertices = listed * (VERTEX_HEAD + instrument.features);
-            let log = LOG_HEAD + (instrument.features + MOST_VECTORS * width).max(pixels).max(vertices);
+            let log = LOG_HEAD + (instrument.features + MAX_VECTORS * width).max(pixels).max(vertices);
             instruments.push(Instruments {
                 examples: Buffer::new(device, "examples", examples)?,
                 log: Buffer::new(device, "log", log)?,

@@ -15,7 +15,7 @@ use crate::variable::{Variable, variables, with_vector};
 pub(crate) const PREFIX: &str = "pel_";
 
 /// Swizzles of scalars that are rewritten in a shader.
-const MOST_SWIZZLES: usize = 32;
+const MAX_SWIZZLES: usize = 32;
 
 /// Returns the edits that rewrite the swizzle of a scalar at which the front end failed.
 fn swizzle(text: &str, tokens: &[Token], faults: &[Fault]) -> Option<[Edit; 2]> {
@@ -67,7 +67,7 @@ impl Shader {
         let annotations = annotations(text, source.language, &tokens)?;
         let outline = outline(text, source.language, &tokens);
         let mut dialect = modernize(&source, &tokens, &outline)?;
-        for left in (0..=MOST_SWIZZLES).rev() {
+        for left in (0..=MAX_SWIZZLES).rev() {
             let mut edits = dialect.edits.clone();
             edits.extend(dialect.wrapper.as_ref().map(|wrapper| Edit::insert(text.len(), wrapper.concat())));
             let (plain, map) = apply(text, edits);

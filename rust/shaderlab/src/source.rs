@@ -8,7 +8,7 @@ use relievo_core::{Error, Result};
 use crate::fault::{Span, clip};
 
 /// Bytes that the text of a shader may have.
-pub const MOST_BYTES: usize = 1 << 20;
+pub const MAX_BYTES: usize = 1 << 20;
 
 /// A shading language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -73,10 +73,10 @@ impl Source {
     /// GLSL; `.glsl` for a fragment shader unless `.vert` or `.comp` stands before it.
     ///
     /// # Errors
-    /// Fails if the file cannot be read, is larger than [`MOST_BYTES`], is no UTF-8, or has another ending.
+    /// Fails if the file cannot be read, is larger than [`MAX_BYTES`], is no UTF-8, or has another ending.
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display().to_string();
-        let bytes = relievo_core::file::load(path, MOST_BYTES as u64)?;
+        let bytes = relievo_core::file::load(path, MAX_BYTES as u64)?;
         let text = String::from_utf8(bytes).map_err(|error| {
             Error::invalid(format!("byte {} is no UTF-8", error.utf8_error().valid_up_to()))
                 .at(&*place)

@@ -20,7 +20,7 @@ pub struct Volume {
 }
 
 /// Largest edge of a volume in voxels.
-const MOST_EDGE: u32 = 16_384;
+const MAX_EDGE: u32 = 16_384;
 
 impl Volume {
     /// Reads a volume: NIfTI-1 (`.nii`, `.nii.gz`) of one volume of numbers, or the first grid of floats of an OpenVDB file
@@ -135,12 +135,12 @@ fn unpacked(bytes: &[u8], limit: u64) -> Result<Vec<u8>> {
 }
 
 fn check_edges(size: [u32; 3]) -> Result<()> {
-    if size.iter().all(|edge| (1..=MOST_EDGE).contains(edge)) {
+    if size.iter().all(|edge| (1..=MAX_EDGE).contains(edge)) {
         return Ok(());
     }
     let [x, y, z] = size;
     Err(Error::unsupported(format!("the volume has {x} × {y} × {z} voxels"))
-        .advise(format!("use 1 to {MOST_EDGE} along each axis")))
+        .advise(format!("use 1 to {MAX_EDGE} along each axis")))
 }
 
 /// Decodes a number from little-endian bytes.

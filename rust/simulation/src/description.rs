@@ -24,7 +24,7 @@ const LONGEST: u64 = 1 << 20;
 /// Layers of particles that walls have, about.
 const WALL_LAYERS: f64 = 3.0;
 /// Files of all sequences of a description at most.
-const MOST_FILES: u64 = 1 << 20;
+const MAX_FILES: u64 = 1 << 20;
 
 /// A fluid, what it begins as, and how many frames of it there are.
 #[derive(Debug, Deserialize)]
@@ -140,9 +140,9 @@ impl Description {
             return Err(error.advise("use more than 0.001 and less than 1000000"));
         }
         let files = read.collider.iter().map(Collider::count).fold(0u64, u64::saturating_add);
-        if files > MOST_FILES {
+        if files > MAX_FILES {
             return Err(
-                Error::invalid(format!("its sequences have {files} files")).advise(format!("use at most {MOST_FILES}"))
+                Error::invalid(format!("its sequences have {files} files")).advise(format!("use at most {MAX_FILES}"))
             );
         }
         Ok(read)

@@ -69,7 +69,7 @@ pub struct Mover {
 }
 
 /// Files of a sequence at most.
-const MOST: u64 = 1 << 20;
+const MAX: u64 = 1 << 20;
 /// Times nearer to a frame than this share of it are those of the frame.
 const NEAR: f64 = 1e-6;
 
@@ -119,13 +119,13 @@ impl Collider {
         };
         let pattern = Pattern::new(&sequence.file).map_err(|error| error.at("sequence"))?;
         match self.count {
-            Some(count @ 1..=MOST) => {
+            Some(count @ 1..=MAX) => {
                 let file = |frame: u64| sequence.with(pattern.path(self.first.saturating_add(frame)));
                 Ok((0..count).map(file).collect())
             }
             _ => Err(Error::invalid("how many files the sequence has is not said, or too many")
                 .at("count")
-                .advise(format!("say 1 to {MOST}"))),
+                .advise(format!("say 1 to {MAX}"))),
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::simulation::State;
 pub(crate) const MARGIN: f32 = 1e-3;
 /// The share of the faces around a node that looks at a collider at least. Others touch it by their rims, without an area that
 /// a pressure could be of.
-const LEAST: f32 = 1e-3;
+const MIN: f32 = 1e-3;
 
 /// The outer faces of a model where they are at present.
 pub(crate) struct Surface {
@@ -66,7 +66,7 @@ impl Surface {
             // Along axes in which the node is held, something else may hold it.
             let free = Vec3::from_slice(&masses[node]).map(|inverse| if inverse > 0.0 { 1.0 } else { 0.0 });
             let along = free * normal;
-            if facing <= LEAST * all || along.length_squared() < 1e-6 {
+            if facing <= MIN * all || along.length_squared() < 1e-6 {
                 return 0.0;
             }
             let force = -balance(node).dot(along) / along.length_squared();

@@ -23,7 +23,7 @@ use crate::slide::Slides;
 use crate::stable::Steps;
 
 /// Nodes that are moved at a time.
-const PART: usize = 4096;
+const CHUNK_LEN: usize = 4096;
 
 /// Rows of forces that are fetched ahead of the one that is added.
 const AHEAD: usize = 64;
@@ -477,7 +477,7 @@ impl Simulation {
         let (loads, pushes) = (&self.loads, &self.pushes);
         let State { displacements, velocities, .. } = &mut self.state;
         let parts = (displacements.as_mut_slice(), velocities.as_mut_slice());
-        context.for_each_part(parts, PART, |first, (displacements, velocities)| {
+        context.for_each_part(parts, CHUNK_LEN, |first, (displacements, velocities)| {
             for (at, (u, v)) in displacements.iter_mut().zip(velocities).enumerate() {
                 let node = first + at;
                 let mass = &masses[node];
@@ -611,9 +611,9 @@ impl Simulation {
         let forces = context.map(count, |node| self.inner(node).extend(0.0).to_array());
         let last = before.replace([self.state.displacements.clone(), forces])?;
         let now = before.as_ref()?;
-        let parts = context.map(count.div_ceil(PART), |part| {
+        let parts = context.map(count.div_ceil(CHUNK_LEN), |part| {
             let (mut work, mut motion) = (0f64, 0f64);
-            for node in part * PART..((part + 1) * PART).min(count) {
+            for node in part * CHUNK_LEN..((part + 1) * CHUNK_LEN).min(count) {
                 for axis in (0..3).filter(|axis| self.masses[node][*axis] > 0.0) {
                     let [moved, force] = [0, 1].map(|list| f64::from(now[list][node][axis] - last[list][node][axis]));
                     work += moved * force;

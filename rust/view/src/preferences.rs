@@ -14,7 +14,7 @@ use relievo_core::{Error, Result};
 const FOLDER: &str = "RELIEVO_CONFIG";
 
 /// Bytes of the file at most.
-const MOST: u64 = 1 << 16;
+const MAX: u64 = 1 << 16;
 
 /// Names and values that a window keeps.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,7 +28,7 @@ impl Preferences {
     /// of `RELIEVO_CONFIG` alone, so that they do the same for every user.
     pub fn load(is_scripted: bool) -> Self {
         let file = folder(is_scripted).map(|folder| folder.join("view.txt"));
-        let bytes = file.as_ref().and_then(|file| relievo_core::file::load(file, MOST).ok()).unwrap_or_default();
+        let bytes = file.as_ref().and_then(|file| relievo_core::file::load(file, MAX).ok()).unwrap_or_default();
         Self { file, values: parse(&String::from_utf8_lossy(&bytes)) }
     }
 

@@ -28,7 +28,7 @@ use egui::Modifiers;
 use relievo_core::{Error, Result};
 
 /// Bytes that a script may have.
-const MOST_BYTES: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 
 /// An act.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,7 +106,7 @@ impl Script {
     /// Fails if the file cannot be read, is larger than 1 MiB or no UTF-8, and as [`Self::parse`].
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display().to_string();
-        let bytes = relievo_core::file::load(path, MOST_BYTES)?;
+        let bytes = relievo_core::file::load(path, MAX_BYTES)?;
         let text = String::from_utf8(bytes).map_err(|_| Error::invalid("the file is no UTF-8").at(&*place))?;
         Self::parse(&text).map_err(|error| error.at(place))
     }

@@ -4,7 +4,7 @@
 
 // Pieces with borders near one at most: with 256 borders each, four an iteration, fewer than the iterations at which some
 // devices stop.
-const MOST_NEAR: u32 = 800u;
+const MAX_NEAR: u32 = 800u;
 
 var<workgroup> near: array<u32, 256>;
 var<workgroup> near_count: atomic<u32>;
@@ -77,7 +77,7 @@ fn profile(
         workgroupBarrier();
         let found = atomicLoad(&near_count);
         looked += found;
-        if looked > MOST_NEAR {
+        if looked > MAX_NEAR {
             atomicOr(&rims_told[step.link].faults, RIM_MANY);
             break;
         }

@@ -5,7 +5,7 @@
 // `sums` has how much every workgroup has, then what lies before it; one more than there are.
 
 // Units of 1,024 chunks that are too many to be counted.
-const MOST_UNITS: u32 = 1u << 21u;
+const MAX_UNITS: u32 = 1u << 21u;
 
 // Of the first imprint the number of chunks and the workgroups in x, y and z, and of each the same of its blocks.
 @group(0) @binding(2) var<storage, read_write> arguments: array<vec4<u32>>;
@@ -41,12 +41,12 @@ fn arrange(@builtin(local_invocation_index) local: u32) {
         var units = 0u;
         while stop < end && links[stop].wave == first {
             let own = atomicLoad(&told.links[stop].work);
-            units = select(units + own, MOST_UNITS, own >= MOST_UNITS || units >= MOST_UNITS);
+            units = select(units + own, MAX_UNITS, own >= MAX_UNITS || units >= MAX_UNITS);
             stop++;
         }
         // Sums of words may wrap round, but not those of the imprints that are taken together.
         var total = sums[end_of(stop - 1u)] - sums[first_of(first)];
-        if units >= MOST_UNITS {
+        if units >= MAX_UNITS {
             for (var link = first; link < stop; link++) {
                 atomicOr(&told.links[link].faults, TOO_MUCH);
             }

@@ -9,7 +9,7 @@
 // Coordinates beyond which triangles cannot be placed exactly.
 const FAR: i32 = 16777216;
 // Coordinates as integers at most.
-const MOST: f32 = 536870912.0;
+const MAX: f32 = 536870912.0;
 
 @group(0) @binding(1) var<storage, read> points: array<f32>;
 @group(0) @binding(2) var<storage, read_write> corners: array<vec4<i32>>;
@@ -59,7 +59,7 @@ fn snap_point(link: u32, index: u32) {
     let point = vec3(points[first], points[first + 1u], points[first + 2u]);
     let whole = round(point * work.scale);
     // Not a number fails this as well.
-    let there = all(abs(whole) <= vec3(MOST));
+    let there = all(abs(whole) <= vec3(MAX));
     let q = select(vec3(0), vec3<i32>(whole) - work.lattice_origin, there);
     let x = place(work.lattice_x, work.lattice_low.x, work.lattice_high.x, q);
     let y = place(work.lattice_y, work.lattice_low.y, work.lattice_high.y, q);

@@ -18,7 +18,7 @@ struct FollowCall {
 var<immediate> work: FollowCall;
 
 const RIGID: f32 = 5e-2;
-const LEAST_TURN: f32 = 1e-4;
+const MIN_TURN: f32 = 1e-4;
 
 /// Where in `stars` the nodes begin that are beside the first vertex of a split alone, beside both and beside the second
 /// alone, and where they end, from which on the triangles at the first vertex are.

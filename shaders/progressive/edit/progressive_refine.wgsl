@@ -39,7 +39,7 @@ fn refine(
             let followed = forward(surroundings(beside(ring, side), vertex), origin);
             let far = followed.point - was.point;
             let turn = followed.normal - was.normal;
-            if dot(far, far) > work.least * work.least || dot(turn, turn) > LEAST_TURN * LEAST_TURN {
+            if dot(far, far) > work.least * work.least || dot(turn, turn) > MIN_TURN * MIN_TURN {
                 place = followed;
             }
         }

@@ -12,7 +12,7 @@ const VOXELS: f32 = 256.0;
 /// Steps of a ray in a voxel.
 const STEPS: f32 = 2.0;
 /// Transmittance below which a ray ends.
-const LEAST: f32 = 0.005;
+const MIN: f32 = 0.005;
 /// Voxels between the steps of a ray of light.
 const LIGHT_STEP: f32 = 2.0;
 
@@ -104,7 +104,7 @@ impl Volume {
                 let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
                 let step = self.voxel / STEPS;
                 let (mut light, mut left, mut distance) = (0.0, 1.0, near + 0.5 * step);
-                while distance < far && left > LEAST {
+                while distance < far && left > MIN {
                     let place = eye + distance * direction;
                     let density = self.at(place);
                     if density > 0.0 {

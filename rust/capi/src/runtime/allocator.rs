@@ -64,7 +64,7 @@ static STATE: AtomicU8 = AtomicU8::new(EARLY);
 /// Places for addresses of blocks: 0 for one that was never used, 1 for one whose block was given back.
 const ROOM: usize = 4096;
 /// Blocks that are written down; beyond, it is too late to set an allocator, and the table has gaps at which searches end.
-const MOST: usize = ROOM / 2;
+const MAX: usize = ROOM / 2;
 
 static BLOCKS: [AtomicUsize; ROOM] = [const { AtomicUsize::new(0) }; ROOM];
 static WRITTEN: AtomicUsize = AtomicUsize::new(0);
@@ -82,7 +82,7 @@ fn write_down(block: *mut u8) {
     if block.is_null() {
         return;
     }
-    if WRITTEN.fetch_add(1, Ordering::Relaxed) >= MOST {
+    if WRITTEN.fetch_add(1, Ordering::Relaxed) >= MAX {
         // Only from here on nobody asks the table.
         let _ = STATE.compare_exchange(EARLY, SYSTEM, Ordering::AcqRel, Ordering::Acquire);
         return;

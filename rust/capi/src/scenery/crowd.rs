@@ -171,8 +171,8 @@ entry! {
         for (at, agent) in agents.iter().enumerate() {
             state.crowd.check(&agent_of(&agent)).map_err(|error| error.at(format!("agent {at}")))?;
         }
-        if agents.len() > relievo_crowd::MOST_AGENTS - start {
-            let most = relievo_crowd::MOST_AGENTS;
+        if agents.len() > relievo_crowd::MAX_AGENTS - start {
+            let most = relievo_crowd::MAX_AGENTS;
             return Err(Error::unsupported(format!("a crowd has at most {most} agents")).at("count"));
         }
         agents.iter().try_for_each(|agent| state.crowd.add(agent_of(&agent)).map(drop))?;

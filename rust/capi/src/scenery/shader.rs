@@ -3,10 +3,10 @@
 use std::ffi::c_char;
 
 use relievo_core::{Error, ErrorKind, Result};
-use relievo_shaderlab::annotation::MOST_FEATURES;
+use relievo_shaderlab::annotation::MAX_FEATURES;
 use relievo_shaderlab::instrument::{EXAMPLES_HEAD, LOG_HEAD};
 use relievo_shaderlab::{
-    Accumulation, Augmented, Class, Classes, Declared, Example, Language, Log, MOST_EXAMPLES, Mode, Shader, Source,
+    Accumulation, Augmented, Class, Classes, Declared, Example, Language, Log, MAX_EXAMPLES, Mode, Shader, Source,
     Stage, Variable, membership,
 };
 
@@ -185,15 +185,15 @@ unsafe fn read_examples(from: *const RlvShaderExamples) -> Result<Classes> {
     // SAFETY: promised by the caller.
     let given = unsafe { read_descriptor(from, default) }?;
     let features = given.feature_count as usize;
-    if !(1..=MOST_FEATURES).contains(&features) {
+    if !(1..=MAX_FEATURES).contains(&features) {
         return Err(Error::invalid(format!("the vectors have {features} features"))
             .at("feature_count")
-            .advise(format!("use 1 to {MOST_FEATURES}")));
+            .advise(format!("use 1 to {MAX_FEATURES}")));
     }
-    if given.count > MOST_EXAMPLES {
+    if given.count > MAX_EXAMPLES {
         return Err(Error::invalid(format!("there are {} examples", given.count))
             .at("count")
-            .advise(format!("use at most {MOST_EXAMPLES}")));
+            .advise(format!("use at most {MAX_EXAMPLES}")));
     }
     // SAFETY: promised by the caller.
     let (kinds, columns) = unsafe {
@@ -295,10 +295,10 @@ entry! {
     ) {
         present("out", out)?;
         let object = registry::get(shader)?;
-        if count > MOST_FEATURES {
+        if count > MAX_FEATURES {
             return Err(Error::invalid(format!("{count} variables are chosen"))
                 .at("variables")
-                .advise(format!("choose at most {MOST_FEATURES}")));
+                .advise(format!("choose at most {MAX_FEATURES}")));
         }
         // SAFETY: the caller gives `count` numbers, and a NUL-terminated text or NULL.
         let (chosen, weight) = unsafe {

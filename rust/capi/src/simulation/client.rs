@@ -117,7 +117,7 @@ descriptor! {
 /// Connections that are held while no call needs them.
 const IDLE: usize = 4;
 /// Files of a scene at most.
-const MOST: usize = 1 << 20;
+const MAX: usize = 1 << 20;
 /// Seconds of an option at most.
 const LONGEST: f64 = 86400.0;
 /// The channel of places, which particles have in another place than other channels.
@@ -280,7 +280,7 @@ impl SceneOrder {
                 .at("is_forced")
                 .advise("use 0 or 1"));
         }
-        if given.file_count > MOST || given.files.is_null() && given.file_count > 0 {
+        if given.file_count > MAX || given.files.is_null() && given.file_count > 0 {
             return Err(Error::invalid(format!("there cannot be {} files", given.file_count)).at("files"));
         }
         let mut files = BTreeMap::new();

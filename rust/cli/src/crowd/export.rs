@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use relievo_core::{Error, Progress};
-use relievo_crowd::{CrowdModel, LevelSettings, MOST_LEVELS, clip_index};
+use relievo_crowd::{CrowdModel, LevelSettings, MAX_LEVELS, clip_index};
 use serde_json::json;
 
 use crate::Outcome;
@@ -33,7 +33,7 @@ pub struct Arguments {
     /// Write up to N levels of detail into one .glb instead, by the extension MSFT_lod: skinned, with all clips. Each has at
     /// most a fourth of the triangles of the one before.
     #[arg(long, value_name = "N", conflicts_with_all = ["error", "error_relative", "clip", "time"])]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_LEVELS)))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LEVELS)))]
     levels: Option<u32>,
     /// Error that may be seen, in pixels of a screen of 1920x1080, where a coarser level replaces a finer one.
     #[arg(long, value_name = "PIXELS", default_value_t = 0.5, requires = "levels")]

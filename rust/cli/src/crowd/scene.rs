@@ -257,7 +257,7 @@ impl SceneArguments {
             (Some(path), _) => read_walkers(&context, path, &references)?,
             (None, count) => {
                 let count = count.unwrap_or(1);
-                if count == 0 || count > relievo_crowd::MOST_AGENTS {
+                if count == 0 || count > relievo_crowd::MAX_AGENTS {
                     return Err(Error::invalid(format!("{count} agents")).at("--square").advise("give 1 to 16777216"));
                 }
                 let spacing = self.spacing * f64::from(models[0].size());

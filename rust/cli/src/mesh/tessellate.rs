@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use relievo_core::{Context, Result};
 use relievo_meshio::{Patches, read_patches, write, write_bpt};
-use relievo_surface::bezier::{BezierSurface, Levels, MOST_LEVEL, ParametricMap};
+use relievo_surface::bezier::{BezierSurface, Levels, MAX_LEVEL, ParametricMap};
 
 use crate::Outcome;
 
@@ -17,7 +17,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// The level of all patches: each is divided into 2^(level + 1) − 1 quads a side.
-    #[arg(short, long, value_name = "LEVEL", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_LEVEL)))]
+    #[arg(short, long, value_name = "LEVEL", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LEVEL)))]
     level: u32,
     /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
     #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]

@@ -17,7 +17,7 @@ const KEPT: usize = 48;
 pub const WATER: [f32; 3] = [0.07, 0.23, 0.5];
 
 /// Channels that colours may stand for.
-const MOST_CHANNELS: usize = 12;
+const MAX_CHANNELS: usize = 12;
 
 /// Particles over time.
 pub struct ParticleFrames {
@@ -47,7 +47,7 @@ impl ParticleFrames {
         let particles = relievo_particleio::read(&context, first)?.particles;
         let radius = 0.5 * particles.spacing.unwrap_or_else(|| spacing(&particles.points));
         let shown = particles.channels.iter().filter(|channel| matches!(channel.width, 1 | 3));
-        let channels = shown.map(|channel| channel.name.clone()).take(MOST_CHANNELS).collect();
+        let channels = shown.map(|channel| channel.name.clone()).take(MAX_CHANNELS).collect();
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         Ok(Self { context, name, files, rate, radius, channels, kept: VecDeque::new() })
     }

@@ -7,7 +7,7 @@ use relievo_gpu::wgsl::crowd_agents::Model;
 use relievo_gpu::wgsl::crowd_cut::{Call, Cluster, Group};
 use relievo_gpu::{Access, Buffer, Device, Kernel, KernelSpec};
 
-use super::MOST_PLANES;
+use super::MAX_PLANES;
 use super::own::OwnRows;
 use crate::crowd::Crowd;
 use crate::draws::{starts, too_large};
@@ -102,7 +102,7 @@ impl Shared {
             clusters: Buffer::of(device, "crowd clusters", &clusters)?,
             groups: Buffer::of(device, "crowd groups", &boxes)?,
             ladders: Buffer::of(device, "crowd ladders", &ladders)?,
-            view: Buffer::new(device, "crowd view", MOST_PLANES + 1)?,
+            view: Buffer::new(device, "crowd view", MAX_PLANES + 1)?,
             matrices: Buffer::of(device, "crowd matrices", &matrices)?,
             own: OwnRows::new(device, limits, weights)?,
             clips,

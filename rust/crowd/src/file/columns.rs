@@ -5,7 +5,7 @@ use relievo_core::Result;
 use super::damaged;
 
 /// Bytes of a name at most.
-const MOST_NAME: usize = 1 << 12;
+const MAX_NAME: usize = 1 << 12;
 
 /// Bytes of columns that are written.
 #[derive(Default)]
@@ -32,7 +32,7 @@ impl Columns {
 
     /// Writes a name, cut to what readers accept.
     pub fn text(&mut self, text: &str) {
-        let mut end = text.len().min(MOST_NAME);
+        let mut end = text.len().min(MAX_NAME);
         while !text.is_char_boundary(end) {
             end -= 1;
         }
@@ -78,7 +78,7 @@ impl<'a> Rows<'a> {
 
     pub fn text(&mut self) -> Result<String> {
         let length = self.number()? as usize;
-        if length > MOST_NAME {
+        if length > MAX_NAME {
             return Err(damaged("a name is too long"));
         }
         String::from_utf8(self.take(length)?.to_vec()).map_err(|_| damaged("a name is no text"))

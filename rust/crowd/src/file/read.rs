@@ -6,10 +6,10 @@ use relievo_core::{Attribute, Domain, Result, Values};
 use super::columns::{Rows, index_bytes, unfolded};
 use super::{Counts, MIXED, damaged};
 use crate::character::{Bone, Influence};
-use crate::clip::{Clip, MOST_POSES, Pose};
+use crate::clip::{Clip, MAX_POSES, Pose};
 use crate::geomorph::Collapse;
 use crate::hierarchy::{Cluster, CrowdModel, Distances, Group, NONE, Report};
-use crate::morph::{MOST_MORPHS, MorphOffset};
+use crate::morph::{MAX_MORPHS, MorphOffset};
 
 /// Returns the number of poses of each clip, and the number of offsets of morph targets.
 pub(super) fn read_skeleton(bytes: &[u8], counts: &Counts, model: &mut CrowdModel) -> Result<(Vec<usize>, usize)> {
@@ -33,7 +33,7 @@ pub(super) fn read_skeleton(bytes: &[u8], counts: &Counts, model: &mut CrowdMode
     let mut frames = Vec::new();
     for _ in 0..counts.clips {
         let (name, rate, poses) = (rows.text()?, rows.floats(1)?[0], rows.number()? as usize);
-        if !(rate > 0.0) || poses == 0 || poses > MOST_POSES {
+        if !(rate > 0.0) || poses == 0 || poses > MAX_POSES {
             return Err(damaged("a clip has no rate or no poses"));
         }
         model.clips.push(Clip { name, rate, poses: Vec::new() });
@@ -55,7 +55,7 @@ pub(super) fn read_skeleton(bytes: &[u8], counts: &Counts, model: &mut CrowdMode
     if counts.version > 1 {
         (model.character.morphs.count, offsets) = (rows.number()?, rows.number()? as usize);
         let least = if counts.version == 2 { 1 } else { 0 };
-        if !(least..=MOST_MORPHS).contains(&(model.character.morphs.count as usize)) {
+        if !(least..=MAX_MORPHS).contains(&(model.character.morphs.count as usize)) {
             return Err(damaged("the number of morph targets is wrong"));
         }
     }

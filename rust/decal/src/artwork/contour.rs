@@ -4,7 +4,7 @@
 use relievo_core::{Error, Result};
 use relievo_render::Image;
 
-use crate::artwork::outline::MOST;
+use crate::artwork::outline::MAX;
 use crate::decal::Sticker;
 use crate::map::energy::{Vec2, distance};
 
@@ -67,7 +67,7 @@ impl Sticker {
         let mut tolerance = tolerance;
         for _ in 0..HALVINGS {
             let corners = simplified(largest, tolerance);
-            if corners.len() > MOST {
+            if corners.len() > MAX {
                 return refuse(
                     format!("its contour has {} corners", corners.len()),
                     format!("use a tolerance above {tolerance} pixels, or give the corners of an outline"),

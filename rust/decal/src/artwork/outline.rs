@@ -5,7 +5,7 @@ use relievo_core::{Error, Result};
 use crate::map::energy::Vec2;
 
 /// The most corners of an outline.
-pub const MOST: usize = 1 << 16;
+pub const MAX: usize = 1 << 16;
 /// Rows that hold the edges which cross them.
 const ROWS: usize = 256;
 
@@ -26,7 +26,7 @@ impl Outline {
     /// crosses itself.
     pub fn new(mut corners: Vec<Vec2>) -> Result<Self> {
         let refuse = |what: String, remedy: &str| Err(Error::invalid(what).at("outline").advise(remedy));
-        if corners.len() < 3 || corners.len() > MOST {
+        if corners.len() < 3 || corners.len() > MAX {
             return refuse(format!("it has {} corners", corners.len()), "give 3 to 65,536 corners");
         }
         if let Some(corner) = corners.iter().position(|corner| !corner.iter().all(|value| value.is_finite())) {

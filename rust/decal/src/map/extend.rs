@@ -8,7 +8,7 @@ use crate::map::factor::{PINNED, System};
 /// Rounds of rotations and positions.
 const ROUNDS: usize = 4;
 /// Rounds while triangles are flipped.
-const MOST: usize = 60;
+const MAX: usize = 60;
 /// The residual of the moves of a round, as a share of that of none.
 const TOLERANCE: f64 = 1e-4;
 
@@ -30,7 +30,7 @@ pub fn extend(faces: &[[u32; 3]], rest: &[Rest], is_fixed: &[bool], positions: &
     }
     system.prepare()?;
     let mut side = vec![[0.0; 2]; system.free()];
-    for round in 0..MOST {
+    for round in 0..MAX {
         let is_flipped = |(face, rest): (usize, &Rest)| {
             rest.determinant(faces[face].map(|vertex| positions[vertex as usize])) <= 0.0
         };

@@ -11,7 +11,7 @@ use crate::map::energy::Vec2;
 use crate::pins::name;
 
 /// The most pins of a decal.
-const MOST: usize = 1024;
+const MAX: usize = 1024;
 
 /// Edges and triangles between pins.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -28,9 +28,9 @@ impl Graph {
     /// # Errors
     /// A pin lies outside of the outline or on another one, or the graph is not connected. The error names the pins.
     pub fn new(pins: &[Vec2], outline: &Outline) -> Result<Self> {
-        if pins.len() > MOST {
+        if pins.len() > MAX {
             return Err(
-                Error::unsupported(format!("there are {} pins", pins.len())).advise(format!("use at most {MOST} pins"))
+                Error::unsupported(format!("there are {} pins", pins.len())).advise(format!("use at most {MAX} pins"))
             );
         }
         for (pin, place) in pins.iter().enumerate() {

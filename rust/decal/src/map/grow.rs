@@ -46,7 +46,7 @@ const PULLED: Stop = Stop { decrease: 2e-3, ..ROUGH };
 /// How much more energy than the mean one, for each unit of area, a new face may have without a relaxation.
 const DISTORTED: f64 = 2.0;
 /// New faces of a patch of this many times their number are relaxed with those around them alone, and not at all at the end.
-const FEW: usize = 64;
+const LOCAL_RATIO: usize = 64;
 /// Rings around new faces that move to lower the distortion of these.
 const NEAR: usize = 3;
 
@@ -208,7 +208,7 @@ impl Growth<'_> {
             let added = self.seed.patch.faces.len() - before;
             self.peel();
             // A few faces, which lie as rigidly as the others let them, change nothing elsewhere.
-            if FEW * added <= before {
+            if LOCAL_RATIO * added <= before {
                 break;
             }
             self.relax(stop, progress)?;
@@ -311,7 +311,7 @@ impl Growth<'_> {
         let most = self.energy(0..before).max(ROUGH.enough);
         if self.is_arrived() {
             let faces = before..self.seed.patch.faces.len();
-            let is_few = FEW * faces.len() <= before;
+            let is_few = LOCAL_RATIO * faces.len() <= before;
             let is_smooth = self.is_smooth(before, most) || (is_few && self.smooth(before, most, progress)?);
             if is_smooth && self.turned_twice().is_none() {
                 return Ok(Advance::Made);

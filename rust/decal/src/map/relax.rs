@@ -23,7 +23,7 @@ const PULLING_STEPS: usize = 40;
 /// Rings around flipped triangles that may move to turn them back, before the whole map moves.
 const RINGS: [usize; 2] = [5, 15];
 /// Faces of a map that moves as a whole to turn back triangles that its pins did not flip.
-const FEW: usize = 4096;
+const MAX_MOVED_FACES: usize = 4096;
 
 /// That of steps that follow a dragged pin or turn triangles back, after which others come.
 const ROUGH: f64 = 1e-4;
@@ -297,7 +297,7 @@ impl Map<'_> {
             let is_mended = has_jumped && self.untangle_around(progress)?;
             // Pins that jump may bend the whole map.
             let is_bent = has_jumped && !stop.is_trial;
-            if !is_mended && !is_bent && self.faces.len() > FEW {
+            if !is_mended && !is_bent && self.faces.len() > MAX_MOVED_FACES {
                 return Ok(Relaxed::Flipped(self.worst().0));
             }
             if let Relaxed::Flipped(face) = self.untangle(system, &mut direction, progress)? {

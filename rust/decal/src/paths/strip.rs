@@ -13,7 +13,7 @@ use crate::pins::{Pin, Place, insert, name};
 use crate::surface::{Surface, Vec3, between, length, minus};
 
 /// The most pins of a strip.
-const MOST: usize = 512;
+const MAX: usize = 512;
 
 /// A strip along a curve: pins for [`lay`](crate::lay), and the length of the curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,10 +30,10 @@ pub struct Strip {
 /// The mesh or a place is unusable; there are fewer than two places or more than 512; two that follow each other are the
 /// same or lie on different components.
 pub fn strip(mesh: &Mesh, sticker: &Sticker, curve: &[Place]) -> Result<Strip> {
-    if !(2..=MOST).contains(&curve.len()) {
+    if !(2..=MAX).contains(&curve.len()) {
         return Err(Error::invalid(format!("it has {} places", curve.len()))
             .at("curve")
-            .advise(format!("give 2 to {MOST} places")));
+            .advise(format!("give 2 to {MAX} places")));
     }
     let surface = Surface::new(mesh)?;
     let (divided, vertices) = insert(surface.clone(), curve)?;
@@ -44,10 +44,10 @@ pub fn strip(mesh: &Mesh, sticker: &Sticker, curve: &[Place]) -> Result<Strip> {
     let most = (high[1] - low[1]) / scale;
     let mut ways = vec![0.0];
     for pair in corners.windows(2) {
-        let parts = ((pair[1] - pair[0]) / most).ceil().clamp(1.0, MOST as f64);
+        let parts = ((pair[1] - pair[0]) / most).ceil().clamp(1.0, MAX as f64);
         ways.extend((1..=parts as usize).map(|part| pair[0] + (pair[1] - pair[0]) * part as f64 / parts));
     }
-    if ways.len() > MOST {
+    if ways.len() > MAX {
         return Err(Error::invalid(format!("it takes {} pins", ways.len()))
             .at("curve")
             .advise("shorten the curve, or make the strip wider"));

@@ -5,7 +5,7 @@ use crate::map::gradual::push;
 use crate::surface::NONE;
 
 /// Buckets along each side at most.
-const MOST: f64 = 512.0;
+const MAX: f64 = 512.0;
 /// Faces of a bucket on average.
 const FACES: f64 = 4.0;
 
@@ -23,9 +23,9 @@ pub struct Buckets {
 impl Buckets {
     /// Makes empty buckets for about `count` faces between two corners.
     pub fn new((low, high): (Vec2, Vec2), count: usize) -> Self {
-        let side = (count as f64 / FACES).sqrt().clamp(1.0, MOST);
+        let side = (count as f64 / FACES).sqrt().clamp(1.0, MAX);
         let step = ((high[0] - low[0]).max(high[1] - low[1]) / side).max(f64::MIN_POSITIVE);
-        let counts = [0, 1].map(|axis| ((high[axis] - low[axis]) / step).ceil().clamp(1.0, MOST + 1.0) as usize);
+        let counts = [0, 1].map(|axis| ((high[axis] - low[axis]) / step).ceil().clamp(1.0, MAX + 1.0) as usize);
         // A face reaches into three buckets, as most do.
         let entries = Vec::with_capacity(3 * count);
         Self { low, step, counts, last: vec![NONE; counts[0] * counts[1]], entries }

@@ -14,7 +14,7 @@ use relievo_document::code::{Decoder, Encoder};
 use relievo_document::{Blend, Kind, Settings};
 use relievo_render::Image;
 
-use crate::artwork::outline::{MOST, Outline};
+use crate::artwork::outline::{MAX, Outline};
 use crate::decal::{DecalSettings, Pose, Sticker, check};
 use crate::map::energy::Vec2;
 use crate::pins::{Pin, Place, name};
@@ -181,7 +181,7 @@ impl Recipe {
         Sticker::whole(size).map_err(unfit)?;
         let image = from.u64().map_err(unfit)?;
         let count = whole(from)? as usize;
-        if count > MOST {
+        if count > MAX {
             return Err(damaged("its outline has too many corners"));
         }
         from.expect(16 * count as u64).map_err(unfit)?;

@@ -11,7 +11,7 @@ use crate::geometry::scanline::SUB;
 pub(crate) const FAR: i64 = 1 << 24;
 
 /// Coordinates as integers at most.
-const MOST: f32 = (1 << 29) as f32;
+const MAX: f32 = (1 << 29) as f32;
 
 /// A map from object space to the lattice, in integers about the middle of the grid. Points are the processor's in f64
 /// but for those within 2⁻⁸ units of the middle between two places.
@@ -44,7 +44,7 @@ impl Lattice {
         // Of coordinates 28 bits, of the map 29: logarithms are rounded, and differences have a bit more.
         let bits = (28 - exponent(largest)).clamp(-90, 90);
         let scale = 2.0_f64.powi(bits);
-        let origin = (center * scale).round().clamp(DVec3::splat(-f64::from(MOST)), DVec3::splat(f64::from(MOST)));
+        let origin = (center * scale).round().clamp(DVec3::splat(-f64::from(MAX)), DVec3::splat(f64::from(MAX)));
         let linear = map.matrix3 * unit;
         let most = linear.to_cols_array().into_iter().fold(0.0, |most: f64, value| most.max(value.abs()));
         let place = map.transform_point3(origin / scale) * unit + 0.5;
@@ -67,7 +67,7 @@ impl Lattice {
     pub fn place(&self, point: [f32; 3]) -> Option<[i64; 3]> {
         let whole = point.map(|value| (value * self.scale).round_ties_even());
         // Not a number fails this as well.
-        if !whole.iter().all(|value| value.abs() <= MOST) {
+        if !whole.iter().all(|value| value.abs() <= MAX) {
             return None;
         }
         let q: [i64; 3] = std::array::from_fn(|axis| i64::from(whole[axis] as i32 - self.origin[axis]));

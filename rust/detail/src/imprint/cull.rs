@@ -156,7 +156,7 @@ fn mark(level: Level, patch: &PatchView<'_>, frame: &VoxelFrame, reach: Reach, c
     }
     let parts = |axis: usize, blocks: &Range<u32>| {
         let place = |border: u32| ((border as f32 / count as f32 - low[axis]) / size[axis]).clamp(0.0, 1.0);
-        let mut parts = [[[0.0; MOST]; 4]; 4];
+        let mut parts = [[[0.0; MAX]; 4]; 4];
         for (at, block) in blocks.clone().enumerate() {
             for (weights, values) in parts.iter_mut().zip(restriction(place(block), place(block + 1))) {
                 for (weight, value) in weights.iter_mut().zip(values) {
@@ -168,7 +168,7 @@ fn mark(level: Level, patch: &PatchView<'_>, frame: &VoxelFrame, reach: Reach, c
     };
     let (in_u, in_v) = (parts(0, &columns), parts(1, &rows));
     for (at, u) in columns.enumerate() {
-        let mut bounds = [([0.0; MOST], [0.0; MOST]); 3];
+        let mut bounds = [([0.0; MAX], [0.0; MAX]); 3];
         for (axis, bounds) in bounds.iter_mut().enumerate() {
             // Restricted along u: row by row, four points.
             let mut strip = [0.0f32; 16];
@@ -190,26 +190,26 @@ fn mark(level: Level, patch: &PatchView<'_>, frame: &VoxelFrame, reach: Reach, c
 }
 
 /// Blocks along an edge of a tile at most.
-const MOST: usize = 16;
+const MAX: usize = 16;
 
 dispatch_simd! {
     /// The least and the largest of the control points of a strip's pieces along v, side by side. The strip has four
     /// points in each of four rows, the weights are those of [`restriction`] for every piece.
     fn piece_bounds = piece_bounds_body(
-        strip: &[f32; 16], weights: &[[[f32; MOST]; 4]; 4]
-    ) -> ([f32; MOST], [f32; MOST])
+        strip: &[f32; 16], weights: &[[[f32; MAX]; 4]; 4]
+    ) -> ([f32; MAX], [f32; MAX])
 }
 
 #[inline(always)]
 fn piece_bounds_body<A: Arithmetic>(
     _: A,
     strip: &[f32; 16],
-    weights: &[[[f32; MOST]; 4]; 4],
-) -> ([f32; MOST], [f32; MOST]) {
-    let (mut low, mut high) = ([f32::INFINITY; MOST], [f32::NEG_INFINITY; MOST]);
+    weights: &[[[f32; MAX]; 4]; 4],
+) -> ([f32; MAX], [f32; MAX]) {
+    let (mut low, mut high) = ([f32::INFINITY; MAX], [f32::NEG_INFINITY; MAX]);
     for weights in weights {
         for i in 0..4 {
-            for v in 0..MOST {
+            for v in 0..MAX {
                 let near = A::fma(weights[1][v], strip[4 + i], weights[0][v] * strip[i]);
                 let value = near + A::fma(weights[3][v], strip[12 + i], weights[2][v] * strip[8 + i]);
                 low[v] = low[v].min(value);

@@ -42,19 +42,19 @@ pub struct CulledTile {
 #[derive(Clone, Debug)]
 pub enum BlockList {
     /// The first so many of these.
-    Few([Block; FEW], usize),
+    Few([Block; SMALL_TILE_BLOCKS], usize),
     /// More than that.
     Many(Vec<Block>),
 }
 
 /// Blocks of a small tile.
-const FEW: usize = 4;
+const SMALL_TILE_BLOCKS: usize = 4;
 
 impl BlockList {
     /// As many as `count`, one after another.
     pub(crate) fn new(context: &Context, count: u32) -> Self {
         let block = |index| Block { index, ..Block::EMPTY };
-        if count as usize <= FEW {
+        if count as usize <= SMALL_TILE_BLOCKS {
             return Self::Few(std::array::from_fn(|index| block(index as u32)), count as usize);
         }
         let mut blocks = context.scratch().take_list();

@@ -84,12 +84,12 @@ pub(crate) fn surroundings(obb: &Obb, transform: &DAffine3, width: f32) -> Grid 
 }
 
 /// Bytes that the pieces around a contact may take.
-const MOST_BYTES: u64 = 1 << 31;
+const MAX_BYTES: u64 = 1 << 31;
 
 /// Fails if `count` pieces exceed the context's memory limit, or 2 GiB.
 pub(crate) fn check_bytes(context: &Context, count: usize) -> Result<()> {
     let bytes = (count * size_of::<Piece>()) as u64;
-    if bytes <= context.memory_limit().min(MOST_BYTES) {
+    if bytes <= context.memory_limit().min(MAX_BYTES) {
         return Ok(());
     }
     Err(Error::memory(format!("the surface within the width of the rim takes {bytes} bytes"))

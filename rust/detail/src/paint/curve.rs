@@ -12,7 +12,7 @@ pub struct Curve {
 }
 
 /// Most points of a curve.
-const MOST: usize = 256;
+const MAX: usize = 256;
 
 impl Curve {
     /// A curve through `points`; none make the one that returns the pressure as it is.
@@ -24,8 +24,8 @@ impl Curve {
         let fault = |index: usize, what: String, remedy: &str| {
             Err(Error::invalid(what).at(format!("point {index} of a pressure curve")).advise(remedy))
         };
-        if points.len() > MOST {
-            return fault(MOST, format!("it has {} points", points.len()), "use at most 256");
+        if points.len() > MAX {
+            return fault(MAX, format!("it has {} points", points.len()), "use at most 256");
         }
         for (index, point) in points.iter().enumerate() {
             if let Some(value) = point.iter().find(|value| !(0.0..=1.0).contains(*value)) {

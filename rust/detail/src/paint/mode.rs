@@ -215,10 +215,10 @@ dispatch_simd! {
 }
 
 /// The largest displacement that a half float holds.
-const MOST: f32 = 65504.0;
+const MAX: f32 = 65504.0;
 
 /// The least cosine that inflating divides by.
-const LEAST_FACING: f32 = 0.25;
+const MIN_FACING: f32 = 0.25;
 
 #[inline(always)]
 fn sculpt_body<A: Arithmetic>(_: A, mode: SculptMode, input: &SculptInput<'_>, displacements: &mut PerKnot) {
@@ -229,7 +229,7 @@ fn sculpt_body<A: Arithmetic>(_: A, mode: SculptMode, input: &SculptInput<'_>, d
         let far = A::fma(height, *unit, -level[k]) / rise[k] - risen[k];
         if rise[k] > 0.0 { far } else { 0.0 }
     };
-    let held = |value: f32| value.clamp(-MOST, MOST);
+    let held = |value: f32| value.clamp(-MAX, MAX);
     let now = displacements;
     match mode {
         SculptMode::Draw => change(share, now, |k, now, share| held(A::fma(height[k], share, now))),
@@ -253,7 +253,7 @@ fn sculpt_body<A: Arithmetic>(_: A, mode: SculptMode, input: &SculptInput<'_>, d
             held(now + if height[k] < 0.0 { far.min(0.0) } else { far.max(0.0) })
         }),
         SculptMode::Inflate => {
-            change(share, now, |k, now, share| held(A::fma(height[k] / facing[k].max(LEAST_FACING), share, now)))
+            change(share, now, |k, now, share| held(A::fma(height[k] / facing[k].max(MIN_FACING), share, now)))
         }
         SculptMode::Pinch | SculptMode::Vector => {}
     }
@@ -270,7 +270,7 @@ fn bend_body<A: Arithmetic>(_: A, mode: SculptMode, input: &VectorInput<'_>, vec
         match mode {
             SculptMode::Pinch | SculptMode::Vector => {
                 let added = &added[axis];
-                change(share, now, |k, now, share| A::fma(added[k], share, now).clamp(-MOST, MOST));
+                change(share, now, |k, now, share| A::fma(added[k], share, now).clamp(-MAX, MAX));
             }
             SculptMode::Smooth => {
                 if let Some(mean) = mean {

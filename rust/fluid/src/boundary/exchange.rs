@@ -6,7 +6,7 @@ use relievo_core::lanes::Lanes;
 use relievo_core::{Context, dispatch_simd};
 
 use crate::solver::constants::Constants;
-use crate::solver::neighbours::{Neighbours, PART};
+use crate::solver::neighbours::{CHUNK_LEN, Neighbours};
 use crate::solver::pairs::{Rows, Vectors, around};
 
 /// Momentum that something was given.
@@ -65,7 +65,7 @@ pub fn exchange(context: &Context, given: &Exchange) -> Vec<Impulse> {
         let Constants { kernels, mass, density, friction, .. } = given.constants;
         let [push, rub] = [mass / (density * density), mass * kernels.spiky / density * friction];
         for particle in 0..lists.starts.len() - 1 {
-            let number = part * PART + particle;
+            let number = part * CHUNK_LEN + particle;
             let (place, velocity) = (given.places.fluid[number], given.velocities.fluid[number]);
             let pressure = given.predicted[number].w;
             for at in lists.range(particle) {
@@ -105,7 +105,7 @@ fn all_body<A: Lanes>(v: A, given: &Exchange, part: usize) -> Impulse {
         if lists.range(particle).is_empty() {
             continue;
         }
-        let number = part * PART + particle;
+        let number = part * CHUNK_LEN + particle;
         let own = given.places.fluid[number];
         let velocity = Vectors::splat(v, given.velocities.fluid[number]);
         let [mut pushed, mut rubbed] = [Vectors::zero(v); 2];

@@ -18,7 +18,7 @@ const BETTER: f64 = 0.02;
 /// Cells of a spacing along an axis by which an area is measured where triangles lie on each other.
 const FINE: f64 = 8.0;
 /// Cells to look at, at most.
-const MOST: f64 = (1u32 << 26) as f64;
+const MAX: f64 = (1u32 << 26) as f64;
 
 /// Places on a mesh, and what it is.
 pub struct Lattice {
@@ -125,7 +125,7 @@ impl Flat {
         let count = |[low, high]: [DVec2; 2]| ((high - low + 1.0).max(DVec2::ZERO)).element_product();
         let all: f64 = self.triangles.iter().map(|triangle| 1.0 + count(cells(triangle))).sum();
         // What is not a number is refused too.
-        if !matches!(all.partial_cmp(&MOST), Some(std::cmp::Ordering::Less)) {
+        if !matches!(all.partial_cmp(&MAX), Some(std::cmp::Ordering::Less)) {
             return Err(Error::memory("a mesh is too large for a layer of particles of the fluid's spacing")
                 .advise("take a larger spacing or a smaller mesh"));
         }

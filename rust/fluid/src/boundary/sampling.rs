@@ -9,11 +9,11 @@ use glam::{IVec3, Vec3};
 use relievo_core::{Error, Result};
 
 /// The least distance between places, in spacings: a little less than one, since they lie in no lattice.
-const LEAST: f32 = 0.9;
+const MIN: f32 = 0.9;
 /// Candidates of a spacing.
 const FINE: f32 = 3.0;
 /// Candidates at most.
-const MOST: f64 = (1u32 << 26) as f64;
+const MAX: f64 = (1u32 << 26) as f64;
 
 /// A place on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,11 +46,11 @@ pub fn sample(points: &[Vec3], triangles: &[[u32; 3]], spacing: f32) -> Result<V
         })
         .sum();
     // What is not a number is refused too.
-    if !matches!(count.partial_cmp(&MOST), Some(std::cmp::Ordering::Less)) {
+    if !matches!(count.partial_cmp(&MAX), Some(std::cmp::Ordering::Less)) {
         return Err(Error::memory("a mesh is too large to be covered by particles of the fluid's spacing")
             .advise("take a larger spacing or a smaller mesh"));
     }
-    let mut kept = Kept { near: HashMap::new(), places: Vec::new(), samples: Vec::new(), least: LEAST * spacing };
+    let mut kept = Kept { near: HashMap::new(), places: Vec::new(), samples: Vec::new(), least: MIN * spacing };
     let numbered = || (0u32..).zip(triangles.iter().map(corners));
     for (triangle, at) in numbered() {
         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].into_iter().for_each(|weights| kept.offer(triangle, at, weights));

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 use relievo_core::Context;
 
 use crate::boundary::collider::{Collider, Contact};
-use crate::solver::neighbours::PART;
+use crate::solver::neighbours::CHUNK_LEN;
 use crate::surface::hierarchy::Bounds;
 
 /// How far before a triangle a particle is put that met it, in spacings, and as a share of its coordinates.
@@ -24,7 +24,7 @@ pub struct Sweep {
     parts: Vec<Part>,
 }
 
-/// Those of a part of [`PART`] particles.
+/// Those of a part of [`CHUNK_LEN`] particles.
 #[derive(Default)]
 struct Part {
     /// Particles that may meet some, where their lists begin, and at the end how many triangles there are.
@@ -52,15 +52,15 @@ pub struct Meeting {
 impl Sweep {
     /// Finds what particles at places may meet that go no farther than `reach`. Some may be skipped; an empty list skips none.
     pub fn find(&mut self, context: &Context, colliders: &[Collider], places: &[Vec4], reach: f32, skipped: &[bool]) {
-        self.parts.resize_with(if colliders.is_empty() { 0 } else { places.len().div_ceil(PART) }, Part::default);
+        self.parts.resize_with(if colliders.is_empty() { 0 } else { places.len().div_ceil(CHUNK_LEN) }, Part::default);
         context.for_each_mut(&mut self.parts, |part, lists| {
             lists.particles.clear();
             lists.triangles.clear();
             lists.starts.clear();
             lists.starts.push(0);
             let mut found = Vec::new();
-            for (number, place) in (0u32..).zip(&places[part * PART..places.len().min((part + 1) * PART)]) {
-                if skipped.get(part * PART + number as usize).is_some_and(|skipped| *skipped) {
+            for (number, place) in (0u32..).zip(&places[part * CHUNK_LEN..places.len().min((part + 1) * CHUNK_LEN)]) {
+                if skipped.get(part * CHUNK_LEN + number as usize).is_some_and(|skipped| *skipped) {
                     continue;
                 }
                 let around = Bounds { low: (place.xyz() - reach).into(), high: (place.xyz() + reach).into() };
@@ -79,12 +79,12 @@ impl Sweep {
     /// Holds particles before what they meet on the way from places to `ends`, none of which is then farther than the
     /// spacing if it does not move with a collider.
     pub fn hold(&mut self, context: &Context, colliders: &[Collider], places: &[Vec4], ends: &mut [Vec4], step: Step) {
-        let mut parts: Vec<_> = self.parts.iter_mut().zip(ends.chunks_mut(PART)).collect();
+        let mut parts: Vec<_> = self.parts.iter_mut().zip(ends.chunks_mut(CHUNK_LEN)).collect();
         context.for_each_mut(&mut parts, |part, (lists, ends)| {
             lists.met.clear();
             for (at, particle) in lists.particles.iter().enumerate() {
                 let triangles = &lists.triangles[lists.starts[at] as usize..lists.starts[at + 1] as usize];
-                let (number, end) = (part * PART + *particle as usize, &mut ends[*particle as usize]);
+                let (number, end) = (part * CHUNK_LEN + *particle as usize, &mut ends[*particle as usize]);
                 let path = [places[number].xyz(), end.xyz()];
                 if let Some(held) = hold_one(colliders, triangles, number as u32, path, step, &mut lists.met) {
                     *end = held.extend(end.w);

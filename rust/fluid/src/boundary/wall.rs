@@ -8,7 +8,7 @@ use relievo_core::{Context, Error, Result};
 
 use crate::solver::cells::Cells;
 use crate::solver::constants::Constants;
-use crate::solver::neighbours::{NOWHERE, Neighbours, PART};
+use crate::solver::neighbours::{CHUNK_LEN, NOWHERE, Neighbours};
 
 /// The particles of walls, in the order of cells.
 #[derive(Clone, Debug)]
@@ -130,8 +130,8 @@ pub fn weigh(context: &Context, constants: &Constants, places: &[Vec3]) -> Resul
     let plane = (-reach..=reach).flat_map(|x| (-reach..=reach).map(move |y| Vec3::new(x as f32, y as f32, 0.0)));
     let flat: f32 = plane.map(|place| kernels.density(place.length() * spacing)).sum();
     let around = context.map(count, |place| {
-        let part = &near.parts()[place / PART];
-        let others = part.indices[part.range(place % PART)].iter();
+        let part = &near.parts()[place / CHUNK_LEN];
+        let others = part.indices[part.range(place % CHUNK_LEN)].iter();
         others.map(|other| kernels.density(sorted[*other as usize].distance(sorted[place]))).sum::<f32>()
     });
     for (number, around) in cells.order().zip(around) {

@@ -12,7 +12,7 @@ use crate::solver::options::{FluidOptions, TimeStep};
 /// How far a particle goes in a step at most by itself, in spacings, and a little more for rounding.
 const REACH: f32 = 1.02;
 /// Entries of triangles in cells at most, and of one cell.
-const MOST: [usize; 2] = [1 << 26, 2000];
+const MAX: [usize; 2] = [1 << 26, 2000];
 
 /// Colliders, and what a device has of them.
 #[derive(Debug)]
@@ -49,11 +49,11 @@ impl Obstacles {
             for (at, [a, b, c]) in collider.triangles.iter().enumerate() {
                 list_cells(&collider.shapes(at), [side, reach], |cell| {
                     entries.push((cell, triangles.len() as u32));
-                    entries.len() <= MOST[0]
+                    entries.len() <= MAX[0]
                 });
                 triangles.push([first + a, first + b, first + c, contact.to_bits()]);
             }
-            if entries.len() > MOST[0] {
+            if entries.len() > MAX[0] {
                 return Err(crowded("its triangles reach more cells than a device has room for").at(named(number)));
             }
             first += collider.points.len() as u32;
@@ -67,7 +67,7 @@ impl Obstacles {
             *range = [if range[1] == 0 { at } else { range[0] }, at + 1];
         }
         let most = cells.iter().map(|[first, last]| last - first).max().unwrap_or(0);
-        if most as usize > MOST[1] {
+        if most as usize > MAX[1] {
             return Err(crowded(&format!("{most} triangles are within a few spacings")).at("colliders"));
         }
         let list: Vec<u32> = entries.iter().map(|(_, triangle)| *triangle).collect();

@@ -8,7 +8,7 @@ use relievo_core::{Context, Error, Result};
 use super::options::DiffuseOptions;
 use super::potential::{Potentials, potentials};
 use super::surroundings::Surroundings;
-use super::{DiffuseKind, DiffuseParticles, PART, random};
+use super::{CHUNK_LEN, DiffuseKind, DiffuseParticles, random};
 
 /// A diffuse particle when it is born.
 #[derive(Clone, Copy, Debug)]
@@ -39,8 +39,8 @@ pub fn give(
     room: usize,
 ) -> Result<Births> {
     let found = potentials(context, options, fluid);
-    let parts = found.len().div_ceil(PART);
-    let range = |part: usize| part * PART..found.len().min((part + 1) * PART);
+    let parts = found.len().div_ceil(CHUNK_LEN);
+    let range = |part: usize| part * CHUNK_LEN..found.len().min((part + 1) * CHUNK_LEN);
     let count = |number: usize| count(options, &found[number], seconds, random::mix(seed, number as u64));
     let counts: Vec<u64> = context.map(parts, |part| range(part).map(|number| u64::from(count(number))).sum());
     let mut total = 0;

@@ -6,7 +6,7 @@ use relievo_core::{Context, dispatch_simd};
 
 use super::options::DiffuseOptions;
 use super::surroundings::Surroundings;
-use super::{DiffuseKind, DiffuseParticles, PART};
+use super::{CHUNK_LEN, DiffuseKind, DiffuseParticles};
 use crate::solver::pairs::Vectors;
 
 /// The fluid around a particle.
@@ -29,33 +29,34 @@ pub fn advance(
     let DiffuseParticles { positions, velocities, kinds, ages, lifetimes, .. } = particles;
     let parts = ((positions.as_mut_slice(), velocities.as_mut_slice()), kinds.as_mut_slice());
     let lists = (parts, (ages.as_mut_slice(), lifetimes.as_mut_slice()));
-    let done = context.for_each_part(lists, PART, |first, (((positions, velocities), kinds), (ages, lifetimes))| {
-        for (at, position) in positions.iter_mut().enumerate() {
-            let velocity = &mut velocities[at];
-            let Flow { velocity: flow, neighbours } = flows[first + at];
-            let kind = kind(options, neighbours);
-            kinds[at] = kind;
-            ages[at] += seconds;
-            match kind {
-                // The parabola of the step, to which no step is too long.
-                DiffuseKind::Spray => {
-                    *position += seconds * (*velocity + 0.5 * seconds * options.gravity);
-                    *velocity += seconds * options.gravity;
-                }
-                DiffuseKind::Foam => {
-                    *velocity = flow;
-                    *position += seconds * flow;
-                    lifetimes[at] -= seconds;
-                }
-                DiffuseKind::Bubble => {
-                    *velocity += -seconds * options.settings.buoyancy * options.gravity
-                        + options.settings.drag * (flow - *velocity);
-                    *position += seconds * *velocity;
+    let done =
+        context.for_each_part(lists, CHUNK_LEN, |first, (((positions, velocities), kinds), (ages, lifetimes))| {
+            for (at, position) in positions.iter_mut().enumerate() {
+                let velocity = &mut velocities[at];
+                let Flow { velocity: flow, neighbours } = flows[first + at];
+                let kind = kind(options, neighbours);
+                kinds[at] = kind;
+                ages[at] += seconds;
+                match kind {
+                    // The parabola of the step, to which no step is too long.
+                    DiffuseKind::Spray => {
+                        *position += seconds * (*velocity + 0.5 * seconds * options.gravity);
+                        *velocity += seconds * options.gravity;
+                    }
+                    DiffuseKind::Foam => {
+                        *velocity = flow;
+                        *position += seconds * flow;
+                        lifetimes[at] -= seconds;
+                    }
+                    DiffuseKind::Bubble => {
+                        *velocity += -seconds * options.settings.buoyancy * options.gravity
+                            + options.settings.drag * (flow - *velocity);
+                        *position += seconds * *velocity;
+                    }
                 }
             }
-        }
-        Ok(())
-    });
+            Ok(())
+        });
     // The work above has no error.
     debug_assert!(done.is_ok());
 }
@@ -63,9 +64,9 @@ pub fn advance(
 /// Returns the fluid around points, in their order.
 fn flows(context: &Context, fluid: &Surroundings, points: &[Vec3]) -> Vec<Flow> {
     let order = fluid.sorted(context, points);
-    let parts: Vec<&[u32]> = order.chunks(PART).collect();
+    let parts: Vec<&[u32]> = order.chunks(CHUNK_LEN).collect();
     let sorted = context.map(parts.len(), |part| {
-        let mut flows = Vec::with_capacity(PART);
+        let mut flows = Vec::with_capacity(CHUNK_LEN);
         mean(fluid.level, fluid, points, parts[part], &mut flows);
         flows
     });

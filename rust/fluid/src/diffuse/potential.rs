@@ -6,7 +6,7 @@ use glam::Vec3;
 use relievo_core::lanes::Lanes;
 use relievo_core::{Context, dispatch_simd};
 
-use super::PART;
+use super::CHUNK_LEN;
 use super::options::DiffuseOptions;
 use super::surroundings::{Surroundings, columns};
 use crate::solver::pairs::Vectors;
@@ -38,22 +38,22 @@ struct Near {
 
 /// Returns the potentials of all particles of a fluid, in the order of cells.
 pub fn potentials(context: &Context, options: &DiffuseOptions, fluid: &Surroundings) -> Vec<Potentials> {
-    let parts = fluid.len().div_ceil(PART);
-    let part = |part: usize| part * PART..fluid.len().min((part + 1) * PART);
+    let parts = fluid.len().div_ceil(CHUNK_LEN);
+    let part = |part: usize| part * CHUNK_LEN..fluid.len().min((part + 1) * CHUNK_LEN);
     let settings = &options.settings;
     let energy = |number: usize| {
         between([settings.energy_min, settings.energy_max], 0.5 * fluid.velocity(number).length_squared())
     };
     let near = context.map(parts, |at| {
         let energies: Vec<f32> = part(at).map(energy).collect();
-        let mut near = Vec::with_capacity(PART);
+        let mut near = Vec::with_capacity(CHUNK_LEN);
         look(fluid.level, fluid, part(at), &energies, &mut near);
         near
     });
     let near = near.concat();
     let normals = columns(near.iter().map(|near| near.normal));
     let found = context.map(parts, |at| {
-        let mut crests = Vec::with_capacity(PART);
+        let mut crests = Vec::with_capacity(CHUNK_LEN);
         let is_breaking = |number: usize| {
             let (velocity, normal) = (fluid.velocity(number), near[number].normal);
             energy(number) > 0.0 && normal != Vec3::ZERO && velocity.normalize_or_zero().dot(normal) >= BREAKING
@@ -72,7 +72,7 @@ pub fn potentials(context: &Context, options: &DiffuseOptions, fluid: &Surroundi
             })
             .collect();
         for (number, crest) in breaking.iter().zip(crests) {
-            found[number - at * PART].crest = between([settings.crest_min, settings.crest_max], crest);
+            found[number - at * CHUNK_LEN].crest = between([settings.crest_min, settings.crest_max], crest);
         }
         found
     });

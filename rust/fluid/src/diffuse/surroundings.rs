@@ -7,7 +7,7 @@ use relievo_core::lanes::Lanes;
 use relievo_core::simd::Level;
 use relievo_core::{Context, Result};
 
-use super::PART;
+use super::CHUNK_LEN;
 use super::options::DiffuseOptions;
 use crate::solver::pairs::Vectors;
 use crate::solver::radix::sort;
@@ -82,7 +82,7 @@ impl Surroundings {
     /// Returns the numbers of points in the order of the cells that they are in, so that neighbours follow each other.
     pub fn sorted(&self, context: &Context, points: &[Vec3]) -> Vec<u32> {
         let mut keyed = vec![(0, 0); points.len()];
-        let done = context.for_each_part((points, keyed.as_mut_slice()), PART, |first, (points, keyed)| {
+        let done = context.for_each_part((points, keyed.as_mut_slice()), CHUNK_LEN, |first, (points, keyed)| {
             for (at, (point, keyed)) in points.iter().zip(keyed).enumerate() {
                 *keyed = (self.rows.key_around(self.rows.cell(point.to_array())), (first + at) as u32);
             }

@@ -11,9 +11,9 @@ use relievo_core::{Context, Error, Result};
 use crate::solver::radix::{Keyed, sort};
 
 /// Cells along an axis at most.
-const MOST: i32 = 1 << 20;
+const MAX: i32 = 1 << 20;
 /// Particles of a task.
-const PART: usize = 8192;
+const CHUNK_LEN: usize = 8192;
 
 /// Occupied cells.
 #[derive(Clone, Debug, Default)]
@@ -47,8 +47,7 @@ impl Cells {
         let scale = side.recip();
         let (low, high) = bounds.unwrap_or_default();
         let (low, high) = ((low * scale).floor(), (high * scale).floor());
-        if (high - low).max_element() > (MOST - 3) as f32 || low.abs().max(high.abs()).max_element() > (1 << 24) as f32
-        {
+        if (high - low).max_element() > (MAX - 3) as f32 || low.abs().max(high.abs()).max_element() > (1 << 24) as f32 {
             return Err(Error::invalid(
                 "particles are too far from each other or from the origin for their support radius",
             )
@@ -64,9 +63,9 @@ impl Cells {
     pub fn sort(&mut self, context: &Context, points: &[Vec4]) {
         let [mut keyed, mut sorted] = std::mem::take(&mut self.keyed);
         keyed.resize(points.len(), (0, 0));
-        let mut parts: Vec<_> = keyed.chunks_mut(PART).collect();
+        let mut parts: Vec<_> = keyed.chunks_mut(CHUNK_LEN).collect();
         context.for_each_mut(&mut parts, |part, keyed| {
-            let numbers = part * PART..;
+            let numbers = part * CHUNK_LEN..;
             for (keyed, number) in keyed.iter_mut().zip(numbers) {
                 *keyed = (self.key(self.cell(points[number].xyz())), number as u32);
             }
@@ -159,8 +158,8 @@ impl Cells {
 
 /// The box around points, if there are any. Fails if one is not finite.
 pub fn bounds(context: &Context, points: &[Vec4]) -> Result<Option<(Vec3, Vec3)>> {
-    let bounds = context.map(points.len().div_ceil(PART), |part| {
-        let points = &points[part * PART..points.len().min((part + 1) * PART)];
+    let bounds = context.map(points.len().div_ceil(CHUNK_LEN), |part| {
+        let points = &points[part * CHUNK_LEN..points.len().min((part + 1) * CHUNK_LEN)];
         let is_finite = points.iter().fold(true, |all, point| all & point.is_finite());
         let low = points.iter().fold(Vec3::MAX, |low, point| low.min(point.xyz()));
         let high = points.iter().fold(Vec3::MIN, |high, point| high.max(point.xyz()));

@@ -8,7 +8,7 @@ use relievo_core::lanes::Lanes;
 use relievo_core::{Context, dispatch_simd};
 
 use crate::solver::constants::Constants;
-use crate::solver::neighbours::PART;
+use crate::solver::neighbours::CHUNK_LEN;
 use crate::solver::pairs::{Rows, Vectors, around};
 use crate::solver::pcisph::{Correction, Excess, stiffness, tally};
 
@@ -38,7 +38,7 @@ fn slow_body<A: Lanes>(
     let stiffness = stiffness(correction);
     let mut excess = Excess::default();
     for (particle, row) in pressed.iter_mut().enumerate() {
-        let number = part * PART + particle;
+        let number = part * CHUNK_LEN + particle;
         let (place, velocity) = (places.fluid[number], velocities.fluid[number]);
         let velocity = Vectors::splat(v, velocity);
         let [mut sum, mut beside] = [v.splat(0.0); 2];

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::*;
 use crate::solver::constants::TENSION as SHARES;
-use crate::solver::neighbours::PART;
+use crate::solver::neighbours::CHUNK_LEN;
 use crate::{KernelSet, Kernels, PressureSolver, block};
 
 const SOLVERS: [PressureSolver; 2] = [PressureSolver::Pcisph, PressureSolver::Dfsph];
@@ -200,9 +200,9 @@ fn virial(fluid: &mut Fluid, context: &Context, reach: f64) -> f64 {
         if share <= 0.0 {
             continue;
         }
-        let part = &fluid.near.parts()[number / PART];
+        let part = &fluid.near.parts()[number / CHUNK_LEN];
         let mut pulled = 0.0;
-        let others = part.indices[part.range(number % PART)].iter().map(|other| *other as usize);
+        let others = part.indices[part.range(number % CHUNK_LEN)].iter().map(|other| *other as usize);
         for other in others.filter(|other| *other < fluid.len()) {
             let q = ((fluid.places()[other] - *place).xyz().length() / kernels.support).min(1.0);
             let kernel = pull_at(f64::from(q)) as f32;

@@ -6,7 +6,7 @@ use relievo_core::{Context, Error, Result};
 use crate::solver::noise::curl;
 
 /// Particles of a task.
-const PART: usize = 4096;
+const CHUNK_LEN: usize = 4096;
 /// The share of a difference of velocities that drags take away in a second, at most: they are not to turn it in a step.
 const FASTEST: f32 = 100.0;
 
@@ -129,9 +129,9 @@ pub fn apply(
     if forces.is_empty() {
         return DVec3::ZERO;
     }
-    let mut parts: Vec<_> = accelerations.chunks_mut(PART).map(|part| (part, DVec3::ZERO)).collect();
+    let mut parts: Vec<_> = accelerations.chunks_mut(CHUNK_LEN).map(|part| (part, DVec3::ZERO)).collect();
     context.for_each_mut(&mut parts, |part, (accelerations, sum)| {
-        for (particle, acceleration) in (part * PART..).zip(accelerations.iter_mut()) {
+        for (particle, acceleration) in (part * CHUNK_LEN..).zip(accelerations.iter_mut()) {
             if skipped.get(particle).is_some_and(|skipped| *skipped) {
                 continue;
             }

@@ -6,7 +6,7 @@ use relievo_core::Result;
 
 use crate::solver::domain::{damaged, read};
 use crate::solver::neighbours::NOWHERE;
-use crate::solver::particles::{MOST, Particles, too_many};
+use crate::solver::particles::{MAX, Particles, too_many};
 
 impl Particles {
     /// Returns the message with some rows.
@@ -32,7 +32,7 @@ impl Particles {
         for message in messages {
             let (count, rest) = message.split_first_chunk().ok_or_else(damaged)?;
             let count = u64::from_le_bytes(*count);
-            let count = usize::try_from(count).ok().filter(|count| *count <= MOST).ok_or_else(too_many)?;
+            let count = usize::try_from(count).ok().filter(|count| *count <= MAX).ok_or_else(too_many)?;
             readers.push(Reader { count, rest });
         }
         self.places.clear();

@@ -7,15 +7,15 @@ use relievo_core::{Context, Error, Result, dispatch_simd};
 use crate::solver::cells::Cells;
 
 /// Particles of a task.
-pub const PART: usize = 512;
+pub const CHUNK_LEN: usize = 512;
 /// Lists are filled up to multiples of this, the most lanes that a vector has, with the number after the last particle.
 pub const LANES: usize = 16;
 /// Neighbours of a particle at most.
-pub const MOST: usize = 4096;
+pub const MAX: usize = 4096;
 /// Where nothing is: no particle has it as a neighbour, and no kernel reaches it.
 pub const NOWHERE: Vec4 = Vec4::new(1e15, 1e15, 1e15, 0.0);
 
-/// The lists of all particles, by parts of [`PART`] of them.
+/// The lists of all particles, by parts of [`CHUNK_LEN`] of them.
 #[derive(Default)]
 pub struct Neighbours {
     parts: Vec<Part>,
@@ -37,7 +37,7 @@ pub struct Part {
 impl Neighbours {
     /// Finds what lies within a radius of points, sorted by cells, among `others`, which are followed by [`NOWHERE`] and in
     /// the order of `cells`, whose side is no less than the radius. A point is no neighbour of itself where both are the
-    /// same (`is_same`). Points that are skipped get none; an empty list skips none. Fails if there are more than [`MOST`] within the radius of one.
+    /// same (`is_same`). Points that are skipped get none; an empty list skips none. Fails if there are more than [`MAX`] within the radius of one.
     pub fn find(
         &mut self,
         context: &Context,
@@ -47,25 +47,25 @@ impl Neighbours {
         is_same: bool,
         skipped: &[bool],
     ) -> Result<()> {
-        self.parts.resize_with(points.len().div_ceil(PART), Part::default);
+        self.parts.resize_with(points.len().div_ceil(CHUNK_LEN), Part::default);
         context.for_each_mut(&mut self.parts, |part, lists| {
-            let range = part * PART..points.len().min((part + 1) * PART);
+            let range = part * CHUNK_LEN..points.len().min((part + 1) * CHUNK_LEN);
             let (points, skipped) = (&points[range.clone()], skipped.get(range).unwrap_or_default());
             lists.clear();
-            let first = is_same.then_some((part * PART) as u32);
+            let first = is_same.then_some((part * CHUNK_LEN) as u32);
             let search = Search { points, skipped, others, cells, square: radius * radius, first };
             find_part(context.level(), &search, lists);
         });
         match self.parts.iter().find_map(|part| part.crowded) {
             None => Ok(()),
             Some(particle) => Err(Error::invalid(format!(
-                "more than {MOST} particles are within the support radius of another, number {particle} along the curve"
+                "more than {MAX} particles are within the support radius of another, number {particle} along the curve"
             ))
             .advise("let fewer particles begin at one place, or make their spacing less")),
         }
     }
 
-    /// The lists of the particles from each multiple of [`PART`] on.
+    /// The lists of the particles from each multiple of [`CHUNK_LEN`] on.
     pub fn parts(&self) -> &[Part] {
         &self.parts
     }
@@ -136,7 +136,7 @@ fn find_body<A: Lanes>(v: A, search: &Search, part: &mut Part) {
     let mut last = IVec3::MAX;
     let square = v.splat(search.square);
     let none = search.others.len() as u32 - 1;
-    let mut found = [0u32; MOST + LANES];
+    let mut found = [0u32; MAX + LANES];
     for (particle, point) in (0u32..).zip(search.points) {
         if search.skipped.get(particle as usize).is_some_and(|skipped| *skipped) {
             part.starts.push(part.indices.len() as u32);
@@ -157,7 +157,7 @@ fn find_body<A: Lanes>(v: A, search: &Search, part: &mut Part) {
             let z = v.sub(v.load(&candidates.z[at..]), pz);
             let distance = v.fused(x, x, v.fused(y, y, v.mul(z, z)));
             let mut near = v.mask(v.lt(distance, square));
-            if count > MOST {
+            if count > MAX {
                 break;
             }
             while near != 0 {
@@ -167,7 +167,7 @@ fn find_body<A: Lanes>(v: A, search: &Search, part: &mut Part) {
                 count += usize::from(number != own);
             }
         }
-        if count > MOST {
+        if count > MAX {
             part.crowded = part.crowded.or(Some(own));
         }
         part.indices.extend_from_slice(&found[..count]);
@@ -193,8 +193,8 @@ mod tests {
         neighbours.find(&context, &sorted[..points.len()], (&sorted, &cells), radius, true, &[])?;
         let mut lists = vec![Vec::new(); points.len()];
         for (place, number) in order.iter().enumerate() {
-            let part = &neighbours.parts()[place / PART];
-            let list = &part.indices[part.range(place % PART)];
+            let part = &neighbours.parts()[place / CHUNK_LEN];
+            let list = &part.indices[part.range(place % CHUNK_LEN)];
             assert_eq!(list.len() % LANES, 0, "{level}");
             let own = list.iter().filter(|other| (**other as usize) < points.len());
             lists[*number as usize] = own.map(|other| order[*other as usize]).collect();
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn a_crowd_is_refused() {
-        assert!(lists("", &[Vec4::ONE; MOST / 2], 0.1).is_ok());
-        assert!(lists("", &[Vec4::ONE; MOST + 2], 0.1).is_err());
+        assert!(lists("", &[Vec4::ONE; MAX / 2], 0.1).is_ok());
+        assert!(lists("", &[Vec4::ONE; MAX + 2], 0.1).is_err());
     }
 }

@@ -8,9 +8,9 @@ use crate::state::State;
 use crate::surface::isosurface::Channel;
 
 /// Particles at most: numbers of what is beside them must fit too.
-pub const MOST: usize = 1 << 30;
+pub const MAX: usize = 1 << 30;
 /// Channels at most, as files have no more beside velocities.
-pub const MOST_CHANNELS: usize = 255;
+pub const MAX_CHANNELS: usize = 255;
 
 /// Numbers that particles carry with them, such as a colour.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,7 +112,7 @@ impl Particles {
             return Err(Error::invalid(format!("particles cannot live for {} s", batch.lifetime)));
         }
         let count = self.len() + added;
-        let (Some(next), true) = (self.next.checked_add(added as u32), count <= MOST) else {
+        let (Some(next), true) = (self.next.checked_add(added as u32), count <= MAX) else {
             return Err(too_many());
         };
         for Channel { name, width, values } in batch.channels {
@@ -171,11 +171,11 @@ impl Particles {
     fn find(&self, name: &str, width: usize) -> Result<Option<usize>> {
         match self.channels.iter().position(|channel| channel.name == name) {
             Some(at) if self.channels[at].width == width => Ok(Some(at)),
-            None if (1..=4).contains(&width) && !is_reserved(name) && self.channels.len() < MOST_CHANNELS => Ok(None),
+            None if (1..=4).contains(&width) && !is_reserved(name) && self.channels.len() < MAX_CHANNELS => Ok(None),
             _ => Err(Error::invalid(format!("{width} numbers a particle cannot be in this channel")).at(name).advise(
                 format!(
                     "use another name than `velocity`, 1 to 4 numbers, as many as the channel has if it is there, and at most \
-                     {MOST_CHANNELS} channels"
+                     {MAX_CHANNELS} channels"
                 ),
             )),
         }

@@ -9,7 +9,7 @@ use relievo_core::lanes::Lanes;
 use relievo_core::{Context, dispatch_simd};
 
 use crate::solver::constants::{Constants, KernelLanes};
-use crate::solver::neighbours::{Neighbours, PART};
+use crate::solver::neighbours::{CHUNK_LEN, Neighbours};
 use crate::solver::pairs::{Rows, Vectors, around};
 use crate::solver::prepare::Found;
 
@@ -45,10 +45,10 @@ pub struct Excess {
 /// Moves the particles by the pressures that they have, the fourth numbers of `places`. Those of what is predicted are all
 /// the pressures that have worked.
 pub fn predict(context: &Context, correction: &Correction, places: Rows, predicted: &mut [Vec4]) {
-    let mut parts: Vec<_> = predicted.chunks_mut(PART).collect();
+    let mut parts: Vec<_> = predicted.chunks_mut(CHUNK_LEN).collect();
     context.for_each_mut(&mut parts, |part, predicted| {
         push_part(context.level(), correction, places, part, predicted);
-        let numbers = part * PART..;
+        let numbers = part * CHUNK_LEN..;
         for (predicted, number) in predicted.iter_mut().zip(numbers) {
             let (place, before) = (places.fluid[number], correction.velocities[number].w);
             *predicted = (place + correction.step * *predicted).truncate().extend(place.w + before);
@@ -58,7 +58,7 @@ pub fn predict(context: &Context, correction: &Correction, places: Rows, predict
 
 /// Velocities after the pressures that particles have, the fourth numbers of `places`, and of these velocities too.
 pub fn push(context: &Context, correction: &Correction, places: Rows, pushed: &mut [Vec4]) {
-    let mut parts: Vec<_> = pushed.chunks_mut(PART).collect();
+    let mut parts: Vec<_> = pushed.chunks_mut(CHUNK_LEN).collect();
     context.for_each_mut(&mut parts, |part, pushed| push_part(context.level(), correction, places, part, pushed));
 }
 
@@ -74,7 +74,7 @@ pub fn tally<const KINDS: usize>(
     rows: &mut [Vec4],
     work: impl Fn(usize, &mut [Vec4]) -> [Excess; KINDS] + Sync,
 ) -> [Excess; KINDS] {
-    let mut parts: Vec<_> = rows.chunks_mut(PART).map(|rows| (rows, [Excess::default(); KINDS])).collect();
+    let mut parts: Vec<_> = rows.chunks_mut(CHUNK_LEN).map(|rows| (rows, [Excess::default(); KINDS])).collect();
     context.for_each_mut(&mut parts, |part, (rows, excess)| *excess = work(part, rows));
     std::array::from_fn(|kind| parts.iter().fold(Excess::default(), |all, (_, part)| all.and(part[kind])))
 }
@@ -106,7 +106,7 @@ fn push_body<A: Lanes>(v: A, correction: &Correction, places: Rows, part: usize,
     let Constants { mass, density, .. } = correction.constants;
     let [near, walls] = [&correction.near.parts()[part], &correction.walls.parts()[part]];
     for (particle, pushed) in pushed.iter_mut().enumerate() {
-        let number = part * PART + particle;
+        let number = part * CHUNK_LEN + particle;
         let own = places.fluid[number];
         let pressure = v.splat(own.w);
         let [mut push, mut back] = [Vectors::zero(v); 2];
@@ -139,7 +139,7 @@ fn correct_body<A: Lanes>(
     let [near, walls] = [&correction.near.parts()[part], &correction.walls.parts()[part]];
     let mut excess = [Excess::default(); 2];
     for (particle, place) in places.iter_mut().enumerate() {
-        let number = part * PART + particle;
+        let number = part * CHUNK_LEN + particle;
         let own = predicted.fluid[number];
         let [mut sum, mut beside] = [v.splat(0.0); 2];
         around(v, near, particle, predicted.fluid, own, |from, _, _| {

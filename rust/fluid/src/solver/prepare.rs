@@ -5,7 +5,7 @@ use relievo_core::lanes::Lanes;
 use relievo_core::{Context, dispatch_simd};
 
 use crate::solver::constants::{Constants, KernelLanes};
-use crate::solver::neighbours::{Neighbours, PART, Part};
+use crate::solver::neighbours::{CHUNK_LEN, Neighbours, Part};
 use crate::solver::pairs::{Rows, Vectors, around};
 
 /// What a step begins with.
@@ -37,9 +37,9 @@ pub fn prepare(
     accelerations: &mut [Vec4],
 ) {
     let lists = near.parts_mut().iter_mut().zip(walls.parts_mut());
-    let mut parts: Vec<_> = lists.zip(found.chunks_mut(PART)).zip(accelerations.chunks_mut(PART)).collect();
+    let mut parts: Vec<_> = lists.zip(found.chunks_mut(CHUNK_LEN)).zip(accelerations.chunks_mut(CHUNK_LEN)).collect();
     context.for_each_mut(&mut parts, |part, (((near, walls), found), accelerations)| {
-        prepare_part(context.level(), begin, part * PART, [near, walls], found, accelerations);
+        prepare_part(context.level(), begin, part * CHUNK_LEN, [near, walls], found, accelerations);
     });
 }
 

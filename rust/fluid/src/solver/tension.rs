@@ -10,7 +10,7 @@ use relievo_core::{Context, Result, dispatch_simd};
 
 use crate::solver::constants::{Constants, KernelLanes};
 use crate::solver::domain::Domain;
-use crate::solver::neighbours::{Neighbours, PART};
+use crate::solver::neighbours::{CHUNK_LEN, Neighbours};
 use crate::solver::pairs::{Vectors, around};
 use crate::solver::prepare::Found;
 
@@ -36,10 +36,10 @@ pub fn pull(
     let count = tension.found.len();
     normals.resize(count + 1, Vec4::ZERO);
     normals[count] = Vec4::ZERO.with_w(tension.constants.density);
-    let mut parts: Vec<_> = normals[..count].chunks_mut(PART).collect();
+    let mut parts: Vec<_> = normals[..count].chunks_mut(CHUNK_LEN).collect();
     context.for_each_mut(&mut parts, |part, normals| normals_part(context.level(), tension, part, normals));
     domain.refresh(&mut normals[..count])?;
-    let mut parts: Vec<_> = accelerations.chunks_mut(PART).collect();
+    let mut parts: Vec<_> = accelerations.chunks_mut(CHUNK_LEN).collect();
     context.for_each_mut(&mut parts, |part, accelerations| {
         pull_part(context.level(), tension, normals, part, accelerations);
     });
@@ -52,7 +52,7 @@ fn normals_body<A: Lanes>(v: A, tension: &Tension, part: usize, normals: &mut [V
     let scale = kernels.support * mass / density;
     let near = &tension.near.parts()[part];
     for (particle, normal) in normals.iter_mut().enumerate() {
-        let number = part * PART + particle;
+        let number = part * CHUNK_LEN + particle;
         let mut slope = Vectors::zero(v);
         around(v, near, particle, tension.places, tension.places[number], |from, _, at| {
             slope = slope.plus(v, v.load(&near.slopes[at..]), from);
@@ -72,7 +72,7 @@ fn pull_body<A: Lanes>(v: A, tension: &Tension, normals: &[Vec4], part: usize, a
     let [cohesion, area] = tension.constants.tension.map(|factor| v.splat(factor));
     let twice = v.splat(2.0 * tension.constants.density);
     for (particle, acceleration) in accelerations.iter_mut().enumerate() {
-        let number = part * PART + particle;
+        let number = part * CHUNK_LEN + particle;
         let own = normals[number];
         let (normal, density) = (Vectors::splat(v, own), v.splat(own.w));
         let mut sum = Vectors::zero(v);

@@ -10,7 +10,7 @@ use crate::boundary::collider::{join, volume};
 use crate::surface::hierarchy::{Bounds, Entry, Hierarchy};
 
 /// Places of a fill that are looked at, at most.
-const MOST: f32 = (1u32 << 28) as f32;
+const MAX: f32 = (1u32 << 28) as f32;
 /// How far lines are beside the places that they are for, in spacings, so that they do not meet points of meshes that lie
 /// in the same lattice.
 const BESIDE: [f32; 2] = [2.713e-4, 1.927e-4];
@@ -27,7 +27,7 @@ impl Lattice {
     pub fn new(low: Vec3, high: Vec3, spacing: f32) -> Result<Self> {
         let size = ((high - low) / spacing + 1e-3).floor();
         // What is not a number is refused too.
-        if !(spacing > 0.0 && size.is_finite() && size.max(Vec3::ONE).element_product() <= MOST) {
+        if !(spacing > 0.0 && size.is_finite() && size.max(Vec3::ONE).element_product() <= MAX) {
             return Err(
                 Error::memory("a fill has too many particles").advise("take a larger spacing or a smaller shape")
             );

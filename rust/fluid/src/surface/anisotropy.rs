@@ -9,7 +9,7 @@ const RATIO: f64 = 4.0;
 /// two support radii; here it is one support radius, in which there are an eighth as many, and three are always in a
 /// plane.
 const ALONE: f64 = 0.5;
-const FEW: usize = 6;
+const ROUND_NEIGHBORS: usize = 6;
 /// What makes the kernel within a fluid that fills space a sphere of the support radius: the variance along an axis of
 /// the weights 1 − (r / support)³ is 0.15 of its square.
 const SCALE: f64 = 1.0 / 0.15;
@@ -58,7 +58,7 @@ pub(crate) fn kernel(surface: &Surface, at: usize, centring: f32, ranges: &[std:
     }
     let mean = first.map(|sum| sum / weights);
     let centre = std::array::from_fn(|axis| (f64::from(own[axis]) + f64::from(centring) * mean[axis]) as f32);
-    if count <= FEW {
+    if count <= ROUND_NEIGHBORS {
         return Kernel::new(centre, IDENTITY, [ALONE; 3], surface.sphere);
     }
     let scale = SCALE * f64::from(surface.sphere);

@@ -79,7 +79,7 @@ impl Distances {
 }
 
 /// Particles of one task, and vertices that are looked at together.
-const PART: usize = 1024;
+const CHUNK_LEN: usize = 1024;
 const LANES: usize = 16;
 
 /// What particles are for their surface. The surface was made of `positions`; a particle is blind if the
@@ -105,7 +105,7 @@ pub fn classify(
     let mut stage = context.stats().begin("fluid.classify");
     let vertices = isosurface::vertices(context, surface, cell, progress)?;
     let nearest = Nearest::new(context, &vertices, farthest.max(layer))?;
-    let tasks: Vec<&[u32]> = surface.order.chunks(PART).collect();
+    let tasks: Vec<&[u32]> = surface.order.chunks(CHUNK_LEN).collect();
     let found = context.map(tasks.len(), |task| {
         let mut search = Search { nearest: &nearest, cell: None, ranges: Vec::new() };
         let class = |at: &u32| {

@@ -48,7 +48,7 @@ pub(crate) struct Chords {
 }
 
 /// Places of [`Chords::columns`].
-const LEAST: usize = 2;
+const MIN: usize = 2;
 const BEGIN: usize = 7;
 const END: usize = 8;
 
@@ -74,7 +74,7 @@ impl Chords {
     #[inline(always)]
     fn push(&mut self, lanes: &[[f32; WIDEST]; 9], first: usize, mut mask: u32) {
         let count = self.particles.len();
-        if self.columns[LEAST].len() < count + 2 * WIDEST {
+        if self.columns[MIN].len() < count + 2 * WIDEST {
             self.make_room(count + WIDEST);
         }
         let mut places = [0u8; WIDEST];
@@ -101,10 +101,10 @@ impl Chords {
     fn truncate(&mut self, count: usize) {
         let before = self.particles.len();
         self.particles.truncate(count);
-        if self.columns[LEAST].is_empty() {
+        if self.columns[MIN].is_empty() {
             self.make_room(0);
         }
-        self.columns[LEAST][count..before.max(count)].fill(2.0);
+        self.columns[MIN][count..before.max(count)].fill(2.0);
         self.most = count + count / 4 + WIDEST;
     }
 

@@ -14,9 +14,9 @@ use crate::surface::block::{Block, CELLS, FOREIGN, Part};
 /// Blocks that are made before their meshes are put together.
 const BATCH: usize = 128;
 /// Cells of a search row of one task.
-const PART: usize = 1024;
+const CHUNK_LEN: usize = 1024;
 /// Blocks at most, with blocks that are met more than once.
-const MOST_BLOCKS: u64 = 1 << 28;
+const MAX_BLOCKS: u64 = 1 << 28;
 /// Cells from 0 at most: coordinates are then exact to a sixteenth of a cell.
 const FARTHEST: f64 = 1_048_576.0;
 /// Cells of a support radius at most.
@@ -148,8 +148,8 @@ impl Blocks {
                 block(f64::from(low) - reach)..block(f64::from(high) + reach).saturating_add(1)
             })
         };
-        let tasks = surface.rows.len().div_ceil(PART);
-        let cells = |task: usize| task * PART..((task + 1) * PART).min(surface.rows.len());
+        let tasks = surface.rows.len().div_ceil(CHUNK_LEN);
+        let cells = |task: usize| task * CHUNK_LEN..((task + 1) * CHUNK_LEN).min(surface.rows.len());
         let farthest = FARTHEST as i64 / CELLS as i64;
         let counts = context.map(tasks, |task| {
             let count = cells(task).map(|number| {
@@ -164,7 +164,7 @@ impl Blocks {
             return Err(Error::invalid(format!("particles are more than {FARTHEST} cells of {cell} from 0"))
                 .advise("move them nearer to 0, or use larger cells"));
         };
-        if total > MOST_BLOCKS || total.saturating_mul(16) > context.memory_limit() {
+        if total > MAX_BLOCKS || total.saturating_mul(16) > context.memory_limit() {
             return Err(Error::memory(format!("cells of {cell} need {total} blocks of {CELLS}³ cells"))
                 .advise("use larger cells, or raise the memory limit"));
         }

@@ -11,7 +11,7 @@
 //! they start at along the two other axes, the lower axis first.
 
 /// Triangles of a cell at most.
-const MOST: usize = 5;
+const MAX: usize = 5;
 /// Vertices of a loop at most.
 const LONGEST: usize = 12;
 
@@ -20,7 +20,7 @@ const LONGEST: usize = 12;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Case {
     count: u8,
-    triangles: [[u8; 3]; MOST],
+    triangles: [[u8; 3]; MAX],
 }
 
 impl Case {
@@ -67,7 +67,7 @@ const fn share_face(a: usize, b: usize) -> bool {
 }
 
 const fn cases() -> [Case; 256] {
-    let mut cases = [Case { count: 0, triangles: [[0; 3]; MOST] }; 256];
+    let mut cases = [Case { count: 0, triangles: [[0; 3]; MAX] }; 256];
     let mut inside = 0;
     while inside < 256 {
         cases[inside] = case(inside);
@@ -110,7 +110,7 @@ const fn follow(inside: usize) -> [usize; 12] {
 
 const fn case(inside: usize) -> Case {
     let mut next = follow(inside);
-    let mut made = Case { count: 0, triangles: [[0; 3]; MOST] };
+    let mut made = Case { count: 0, triangles: [[0; 3]; MAX] };
     let mut start = 0;
     while start < 12 {
         let (mut ring, mut count, mut at) = ([0; LONGEST], 0, start);

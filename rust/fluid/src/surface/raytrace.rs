@@ -28,7 +28,7 @@ const BOX: usize = 16;
 /// A leap through the fluid is at least so many steps long.
 const LEAP: f32 = 2.0;
 /// Rays of one task.
-const PART: usize = 256;
+const CHUNK_LEN: usize = 256;
 
 /// What particles have besides their positions, in the order of those.
 #[derive(Clone, Copy, Debug, Default)]
@@ -188,7 +188,7 @@ impl RayCaster {
 
     /// As [`Tracer::intersect`], of many rays on all threads of a context.
     pub fn intersect_all(&self, context: &Context, rays: &[Ray]) -> Vec<Option<Hit>> {
-        let parts: Vec<&[Ray]> = rays.chunks(PART).collect();
+        let parts: Vec<&[Ray]> = rays.chunks(CHUNK_LEN).collect();
         let hits = context.map(parts.len(), |part| {
             let mut trail = context.scratch().lend::<Trail>();
             let mut tracer = self.tracer(&mut trail);

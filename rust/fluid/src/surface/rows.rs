@@ -8,9 +8,9 @@ use relievo_core::{Context, Error, Result};
 use crate::solver::radix::sort;
 
 /// Cells of an axis at most: three such numbers are one key.
-const MOST: f64 = 1_048_576.0;
+const MAX: f64 = 1_048_576.0;
 /// Particles of one task.
-const PART: usize = 16_384;
+const CHUNK_LEN: usize = 16_384;
 
 /// The cells, sorted by z, then y, then x.
 #[derive(Clone, Debug)]
@@ -36,13 +36,13 @@ impl Rows {
         if u32::try_from(count).is_err() {
             return Err(Error::invalid(format!("there are {count} particles")).advise("use less than 2^32"));
         }
-        let parts: Vec<&[[f32; 3]]> = points.chunks(PART).collect();
+        let parts: Vec<&[[f32; 3]]> = points.chunks(CHUNK_LEN).collect();
         let bounds = context.map(parts.len(), |part| {
             let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
             for (at, point) in parts[part].iter().enumerate() {
                 if !point.iter().all(|value| value.is_finite()) {
                     return Err(Error::invalid("a coordinate is not a finite number")
-                        .at(format!("particle {}", part * PART + at))
+                        .at(format!("particle {}", part * CHUNK_LEN + at))
                         .advise("remove the particle or repair its position"));
                 }
                 for axis in 0..3 {
@@ -66,15 +66,15 @@ impl Rows {
         let mut size = [1; 3];
         for axis in 0..3 {
             let cells = (f64::from(high[axis]) - low[axis]) * inverse + 1.0;
-            if cells.is_nan() || cells > MOST {
-                return Err(Error::invalid(format!("particles are more than {MOST} support radii of {edge} apart"))
+            if cells.is_nan() || cells > MAX {
+                return Err(Error::invalid(format!("particles are more than {MAX} support radii of {edge} apart"))
                     .advise("remove those that are far away, or use a larger support radius"));
             }
             size[axis] = cells as i64;
         }
         let mut rows = Self { low, inverse, size, keys: Vec::new(), starts: Vec::new() };
         let mut keyed = vec![(0u64, 0u32); count];
-        context.for_each_part((points, keyed.as_mut_slice()), PART, |first, (points, keyed)| {
+        context.for_each_part((points, keyed.as_mut_slice()), CHUNK_LEN, |first, (points, keyed)| {
             for (at, (point, keyed)) in points.iter().zip(keyed).enumerate() {
                 *keyed = (rows.key(rows.cell(*point)), (first + at) as u32);
             }

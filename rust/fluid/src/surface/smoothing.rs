@@ -23,7 +23,7 @@ impl Default for Smoothing {
 }
 
 /// Vertices of one task.
-const PART: usize = 4096;
+const CHUNK_LEN: usize = 4096;
 
 /// Moves the points of a closed mesh of triangles, such as [`crate::mesh`] makes. Normals, if it has any, are then
 /// those of the triangles around a point, by their areas; other attributes stay.
@@ -56,7 +56,7 @@ pub fn smooth(context: &Context, mesh: &mut Mesh, smoothing: Smoothing, progress
         progress.step(step as f32 / iterations as f32, "smoothing")?;
         for share in [forwards, -backwards] {
             if share != 0.0 {
-                context.for_each_part(moved.as_mut_slice(), PART, |first, moved| {
+                context.for_each_part(moved.as_mut_slice(), CHUNK_LEN, |first, moved| {
                     for (at, moved) in moved.iter_mut().enumerate() {
                         *moved = fans.towards(mesh, &points, first + at, share);
                     }

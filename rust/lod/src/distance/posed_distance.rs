@@ -17,7 +17,7 @@ use crate::connectivity::NONE;
 use crate::distance::{Farthest, Piece, Surface, WHOLE, exact, gap};
 
 /// Pieces of a triangle on average up to which finer pieces of another pose replace those of the first one.
-const MOST_PIECES: usize = 64;
+const MAX_PIECES: usize = 64;
 /// Pieces of the first pose are cut until their bounds are this share of the largest distance, so that they still fit
 /// in poses that differ little.
 const MARGIN: f64 = 0.75;
@@ -26,7 +26,7 @@ const LANES: usize = 8;
 /// What sums of six products in single precision are wrong at most, as a share of the largest coordinate.
 const SUM: f32 = 2e-6;
 /// Pieces of one task.
-const PART: usize = 8192;
+const CHUNK_LEN: usize = 8192;
 
 /// A piece of a triangle, and a triangle of the other mesh near it. Both are numbers of the meshes.
 #[derive(Clone, Copy)]
@@ -145,9 +145,9 @@ impl<'a> PosedDistance<'a> {
         for (side, near) in [own, back].into_iter().enumerate() {
             let (from, to) = (&surfaces[side], &surfaces[1 - side]);
             let count = triangles[side].len();
-            let parts = context.map(count.div_ceil(PART), |part| {
+            let parts = context.map(count.div_ceil(CHUNK_LEN), |part| {
                 let (mut most, mut waiting, mut patches) = (0.0f64, Vec::new(), Vec::new());
-                for triangle in part * PART..count.min((part + 1) * PART) {
+                for triangle in part * CHUNK_LEN..count.min((part + 1) * CHUNK_LEN) {
                     let vertices = triangles[side][triangle];
                     let triangle = triangle as u32;
                     let Ok(index) = from.solid.binary_search(&triangle) else {
@@ -212,8 +212,8 @@ impl<'a> PosedDistance<'a> {
         for side in 0..2 {
             let count = self.patches[side].len();
             let start = if is_largest { [most.into_iter().fold(0.0, f64::max); LANES] } else { most };
-            let parts = context.map(count.div_ceil(PART), |part| {
-                let range = part * PART..count.min((part + 1) * PART);
+            let parts = context.map(count.div_ceil(CHUNK_LEN), |part| {
+                let range = part * CHUNK_LEN..count.min((part + 1) * CHUNK_LEN);
                 self.part(&block, (side, range), (start, is_largest))
             });
             for found in parts {
@@ -221,7 +221,7 @@ impl<'a> PosedDistance<'a> {
                 most.iter_mut().zip(part).for_each(|(most, part)| *most = most.max(part));
                 let patches = &mut self.patches[side];
                 for (index, mut finer) in finer {
-                    if patches.len() + finer.len() <= MOST_PIECES * self.triangles[side].len()
+                    if patches.len() + finer.len() <= MAX_PIECES * self.triangles[side].len()
                         && let Some(last) = finer.pop()
                     {
                         patches[index] = last;

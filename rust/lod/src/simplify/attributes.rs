@@ -31,15 +31,15 @@ pub struct Attributes<'a> {
 
 impl Attributes<'_> {
     /// Numbers of a vertex at most.
-    pub const MOST: usize = 16;
+    pub const MAX: usize = 16;
 
     /// Fails unless there are numbers for so many vertices, and all can be used.
     pub(crate) fn check(&self, vertices: usize) -> Result<()> {
         let width = self.weights.len();
-        if width > Self::MOST {
+        if width > Self::MAX {
             return Err(Error::unsupported(format!("{width} numbers of a vertex are too many"))
                 .at("attributes")
-                .advise(format!("use at most {}", Self::MOST)));
+                .advise(format!("use at most {}", Self::MAX)));
         }
         if vertices.checked_mul(width) != Some(self.values.len()) {
             let count = self.values.len();

@@ -18,9 +18,9 @@ use crate::simplify::offset::{LANES, distance_squared, lesser};
 use crate::simplify::patches::Reduced;
 
 /// Vertices of one task.
-const PART: usize = 256;
+const CHUNK_LEN: usize = 256;
 /// Triangles of the input of one task.
-const MANY: usize = 16 * PART;
+const MANY: usize = 16 * CHUNK_LEN;
 
 /// Corners of [`LANES`] triangles by axis.
 pub type Group = [[[f32; LANES]; 3]; 3];
@@ -222,9 +222,9 @@ impl<'a> Beside<'a> {
             owned: Lists::default(),
             beneath: Vec::new(),
         };
-        let found = context.map(count.div_ceil(PART), |part| {
+        let found = context.map(count.div_ceil(CHUNK_LEN), |part| {
             let (mut groups, mut places, mut found, mut all) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-            for vertex in (part * PART) as u32..count.min((part + 1) * PART) as u32 {
+            for vertex in (part * CHUNK_LEN) as u32..count.min((part + 1) * CHUNK_LEN) as u32 {
                 grouped(made.star(vertex).iter().map(|it| made.corners(*it)), &mut groups);
                 places.clear();
                 places.extend(made.members.list(vertex).iter().map(|member| made.place(*member).to_array()));
@@ -463,11 +463,11 @@ impl<'a> Beside<'a> {
         let mut is_in = vec![false; self.points.len()];
         vertices.iter().for_each(|vertex| is_in[*vertex as usize] = true);
         let near = floor * floor;
-        let found = context.map(vertices.len().div_ceil(PART), |part| {
+        let found = context.map(vertices.len().div_ceil(CHUNK_LEN), |part| {
             let mut all = Vec::new();
             let (mut spots, mut places, mut found) = (Vec::new(), Vec::<[f32; 3]>::new(), Vec::new());
             let (mut others, mut squares) = (Vec::new(), Vec::new());
-            for vertex in &vertices[part * PART..vertices.len().min((part + 1) * PART)] {
+            for vertex in &vertices[part * CHUNK_LEN..vertices.len().min((part + 1) * CHUNK_LEN)] {
                 // The lowest vertex of a spot is the first to look at it.
                 let is_first = |other: &u32| other >= vertex || !is_in[*other as usize];
                 spots.clear();

@@ -6,7 +6,7 @@ use glam::{Vec3, Vec3A, Vec3Swizzles, Vec4, Vec4Swizzles};
 use relievo_core::simd::prefetch;
 use relievo_core::{Context, Result};
 
-use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, Part, SEAM, next, previous, slot};
+use crate::connectivity::{BOUNDARY, CHUNK_LEN, Connectivity, FIXED, NONE, Part, SEAM, next, previous, slot};
 use crate::progressive::Recording;
 use crate::simplify::placement::{BATCH, Batch, Star, place, place_with};
 use crate::simplify::wedges::{Quadric, Sight, Span, Wedges};
@@ -235,7 +235,7 @@ impl<const Q: usize> Decimation<Q> {
         let Self { mesh, points, normals, state, stars, wedges, .. } = self;
         let (sums, more, wedges) = wedges.split();
         let parts = (stars.as_mut_slice(), (state.as_slice(), (sums, more)));
-        context.for_each_part(parts, PART, |first, (stars, (state, (sums, more)))| {
+        context.for_each_part(parts, CHUNK_LEN, |first, (stars, (state, (sums, more)))| {
             let list = stars.iter_mut().zip(state).zip(sums.iter_mut().zip(more));
             for (at, ((renewed, state), (sums, more))) in list.enumerate() {
                 let known = state.load(Relaxed);
@@ -265,7 +265,7 @@ impl<const Q: usize> Decimation<Q> {
     ) -> Result<(Vec<Vec<Edge>>, Magnitudes)> {
         let work = &*self;
         let is_all = ahead == f32::INFINITY;
-        let mut found = context.map(self.costs.len().div_ceil(PART), |part| {
+        let mut found = context.map(self.costs.len().div_ceil(CHUNK_LEN), |part| {
             let found = work.edges(part, [known, ahead]);
             if is_all { Default::default() } else { found }
         });
@@ -286,7 +286,7 @@ impl<const Q: usize> Decimation<Q> {
                     work.set_cost(edge.corner, edge.cost);
                 }
             }
-            let costs = &work.costs[part * PART..work.costs.len().min((part + 1) * PART)];
+            let costs = &work.costs[part * CHUNK_LEN..work.costs.len().min((part + 1) * CHUNK_LEN)];
             let mut counts = [0u32; BINS];
             for cost in costs.iter().step_by(SAMPLE).flatten().map(|cost| cost.load(Relaxed)) {
                 if cost < f32::INFINITY.to_bits() {
@@ -305,17 +305,17 @@ impl<const Q: usize> Decimation<Q> {
 
     /// The edges that cost less than `limit`, in parts, by costs as they are.
     pub fn edges_below(&self, context: &Context, limit: f32) -> Vec<Vec<Edge>> {
-        context.map(self.costs.len().div_ceil(PART), |part| self.edges(part, [f32::INFINITY, limit]).0)
+        context.map(self.costs.len().div_ceil(CHUNK_LEN), |part| self.edges(part, [f32::INFINITY, limit]).0)
     }
 
     /// The edges of a part of the triangles that cost less than `ahead`, or did when they could not collapse; and which
     /// of them have costs that are to be found anew. What their vertices know is asked for.
     fn edges(&self, part: usize, [known, ahead]: [f32; 2]) -> (Vec<Edge>, Vec<u32>) {
-        let costs = &self.costs[part * PART..self.costs.len().min((part + 1) * PART)];
+        let costs = &self.costs[part * CHUNK_LEN..self.costs.len().min((part + 1) * CHUNK_LEN)];
         // No branch but that of the loop: what costs less is not foreseen.
         let mut corners = vec![0; 3 * costs.len() + 1];
         let mut count = 0;
-        for (first, costs) in ((4 * PART * part) as u32..).step_by(4).zip(costs) {
+        for (first, costs) in ((4 * CHUNK_LEN * part) as u32..).step_by(4).zip(costs) {
             for (corner, cost) in (first..).zip(costs) {
                 corners[count] = corner;
                 count += usize::from(cost.load(Relaxed) & !SIGN < ahead.to_bits());

@@ -19,7 +19,7 @@ const ROUNDS: i32 = 12;
 const WIDER: i32 = 3;
 /// The share of the bound from which on a vertex under a triangle that exceeds it has its limit lowered. Large triangles
 /// of flat parts exceed a bound at a corner, and most vertices under them have no part in that.
-const PART: f64 = 0.1;
+const CORNER_SHARE: f64 = 0.1;
 /// Rounds after which all vertices under such a triangle do.
 const ALL: i32 = 6;
 
@@ -93,7 +93,7 @@ pub fn within<T>(
             let failed = there.iter().map(|it| it.triangle).chain(back.iter().map(|it| it.nearest));
             let failed = grown(shape(&made), failed, round / WIDER);
             let own = there.iter().map(|it| it.nearest).chain(back.iter().map(|it| it.triangle));
-            let least = if round > ALL { 0.0 } else { PART * most };
+            let least = if round > ALL { 0.0 } else { CORNER_SHARE * most };
             let is_part = |(triangle, distance): (u32, f64)| failed[triangle as usize] && distance >= least;
             let mut is_lowered: Vec<bool> = covered.into_iter().map(is_part).collect();
             own.flat_map(|triangle| input.1[triangle as usize]).for_each(|vertex| is_lowered[vertex as usize] = true);

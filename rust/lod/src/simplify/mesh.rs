@@ -183,7 +183,7 @@ impl<'a> Chosen<'a> {
             match (domain, values) {
                 _ if options.left_out.contains(name) || is_skin => made.left_out.push(name.clone()),
                 (Domain::Face, _) => made.faces.push(attribute),
-                (_, Values::F32(_)) if width + wide <= Attributes::MOST => {
+                (_, Values::F32(_)) if width + wide <= Attributes::MAX => {
                     let told = options.weights.iter().rev().find(|(told, _)| told == name);
                     let weight = told.map_or_else(|| default_weight(name), |(_, weight)| *weight);
                     made.floats.push((attribute, weight));

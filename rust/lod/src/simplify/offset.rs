@@ -13,8 +13,8 @@ use crate::simplify::decimation::{Decimation, Edge};
 
 /// Triangles that are looked at together.
 pub const LANES: usize = 8;
-/// Groups of so many: two fans of [`Fan::MOST`] triangles.
-const GROUPS: usize = 2 * Fan::MOST / LANES;
+/// Groups of so many: two fans of [`Fan::MAX`] triangles.
+const GROUPS: usize = 2 * Fan::MAX / LANES;
 
 /// Triangles around an edge, one array a number.
 pub struct Around {
@@ -109,7 +109,7 @@ fn nearest_body<A: Arithmetic>(_: A, around: &Around, [new, start, end]: [[f32; 
 }
 
 /// Below it nothing is divided.
-const LEAST: f32 = 1e-37;
+const MIN: f32 = 1e-37;
 
 /// Returns the square of the distance of a point from a triangle (Ericson 2005, Section 5.1.5), without a branch.
 #[inline(always)]
@@ -119,7 +119,7 @@ pub fn distance_squared(p: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> f32 {
     let (ee, ff, ef) = (dot(ab, ab), dot(ac, ac), dot(ab, ac));
     let whole = ee * ff - ef * ef;
     let (s, t) = (ff * d1 - ef * d2, ee * d2 - ef * d1);
-    let inverse = 1.0 / greater(whole, LEAST);
+    let inverse = 1.0 / greater(whole, MIN);
     let above = without(without(ap, ab, s * inverse), ac, t * inverse);
     let [first, second] = [without(ap, ab, part(d1, ee)), without(ap, ac, part(d2, ff))];
     let third = without(bp, bc, part(dot(bp, bc), dot(bc, bc)));
@@ -147,7 +147,7 @@ fn without(x: [f32; 3], y: [f32; 3], share: f32) -> [f32; 3] {
 /// Returns a part as a share of the whole, 0 to 1.
 #[inline(always)]
 fn part(part: f32, whole: f32) -> f32 {
-    lesser(greater(part / greater(whole, LEAST), 0.0), 1.0)
+    lesser(greater(part / greater(whole, MIN), 0.0), 1.0)
 }
 
 #[inline(always)]

@@ -18,7 +18,7 @@ pub struct OpenFans<'a> {
 }
 
 /// Triangles of an edge at most.
-const MOST: usize = 2;
+const MAX: usize = 2;
 
 impl<'a> OpenFans<'a> {
     /// Parts the fans of a mesh whose indices are in range, also along edges of more than two triangles, or of two in the
@@ -104,7 +104,7 @@ fn crowded(triangles: &[[u32; 3]], origins: &HashMap<u32, u32>) -> impl Iterator
             *counts.entry([*from.min(to), *from.max(to)]).or_insert(0) += 1;
         }
     }
-    counts.into_iter().filter(|(_, count)| *count > MOST).map(|(edge, _)| edge)
+    counts.into_iter().filter(|(_, count)| *count > MAX).map(|(edge, _)| edge)
 }
 
 /// Returns the vertices whose triangles are no closed fans, and those in `more`, with each of their triangles.

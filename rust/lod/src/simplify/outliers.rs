@@ -22,7 +22,7 @@ const GOAL: f32 = 0.7;
 /// of others.
 const ORDINARY: [f32; 2] = [3.0, 6.0];
 /// What is not farther is rounding, where the largest coordinate is 1.
-const LEAST: f32 = 1e-6;
+const MIN: f32 = 1e-6;
 /// Changes at most.
 const CHANGES: usize = 20;
 /// Deviations that are looked at more closely at most, and for each vertex of the input if that is less.
@@ -201,7 +201,7 @@ impl Repair<'_> {
         let most = seeds.iter().fold(0.0f32, |most, (found, _)| most.max(*found));
         let goal = ordinary.max(GOAL * most);
         seeds.retain(|(found, _)| *found > goal);
-        if seeds.is_empty() || most <= LEAST {
+        if seeds.is_empty() || most <= MIN {
             return None;
         }
         self.room = 6.0 * SHIFT * mean * beside.area();

@@ -18,7 +18,7 @@ use crate::simplify::queue::MAGNITUDES;
 /// Triangles of a patch at most, and where there are fewer than a few such patches.
 const PATCH: [usize; 2] = [8192, 4096];
 /// So many patches are a few.
-const FEW: usize = 4;
+const FEW_PATCHES: usize = 4;
 /// The share of the triangles at which a mesh is cut anew.
 const AGAIN: f32 = 0.4;
 /// The share of the edges that wait whose turn comes in a step.
@@ -66,7 +66,7 @@ pub fn reduce(
         pieces.valences = valences;
         let [many, few] = PATCH.map(|most| left.div_ceil(most));
         let many = if many == 1 { 1 } else { many.next_multiple_of(2) };
-        let size = left.div_ceil(many.max(few.min(FEW)));
+        let size = left.div_ceil(many.max(few.min(FEW_PATCHES)));
         let start = left;
         let until = if size >= left { 0 } else { (left as f32 * AGAIN) as usize };
         // What later cuts do most of does not have to be in order.

@@ -46,7 +46,7 @@ pub enum Order {
 
 /// The radius of a filter in voxels, and how often it is applied, at most.
 const WIDEST: u32 = 100;
-const MOST: u32 = 1000;
+const MAX: u32 = 1000;
 /// Voxels that a surface is moved at most.
 const FARTHEST: f64 = 10_000.0;
 
@@ -111,7 +111,7 @@ impl Grid {
         iterations: u32,
         progress: &mut dyn Progress,
     ) -> Result<Self> {
-        if !(1..=WIDEST).contains(&radius) || !(1..=MOST).contains(&iterations) {
+        if !(1..=WIDEST).contains(&radius) || !(1..=MAX).contains(&iterations) {
             let error = Error::invalid(format!("a filter of radius {radius}, applied {iterations} times, cannot be"));
             return Err(error.at("radius").advise("use a radius of 1 to 100, and 1 to 1000 iterations"));
         }

@@ -17,7 +17,7 @@ const SIGNATURE: u64 = 0x5644_4220;
 /// File versions that are read.
 const VERSIONS: std::ops::RangeInclusive<u32> = 222..=224;
 /// Grids of a file and entries of metadata at most.
-const MOST: u32 = 1 << 16;
+const MAX: u32 = 1 << 16;
 /// What follows the type of a grid whose numbers have 16 bits.
 const HALVES: &str = "_HalfFloat";
 /// The metadata that OpenVDB writes for delayed loading: it states how much to allocate.
@@ -93,7 +93,7 @@ impl Survey {
         file.skip(36)?;
         let metadata = metadata(file, &mut budget)?;
         let count = file.u32()?;
-        if count > MOST {
+        if count > MAX {
             return Err(damaged("there are too many grids"));
         }
         let mut survey =
@@ -263,7 +263,7 @@ impl Place {
 /// Reads names, types and values.
 fn metadata(file: &mut Cursor, budget: &mut Budget) -> Result<Vec<Entry>> {
     let count = file.u32()?;
-    if count > MOST {
+    if count > MAX {
         return Err(damaged("there is too much metadata"));
     }
     let mut list = Vec::new();

@@ -17,7 +17,7 @@ const COPIED: u8 = 2;
 const BITS_SHUFFLED: u8 = 4;
 const WHOLE: u8 = 16;
 /// Numbers with more bytes, and blocks of fewer of them, are one stream.
-const MOST_STREAMS: usize = 16;
+const MAX_STREAMS: usize = 16;
 const FEWEST: usize = 128;
 
 /// The first `length` bytes of what is packed. `budget` is charged with all of it.
@@ -47,7 +47,7 @@ pub fn unpack(packed: &[u8], length: usize, budget: &mut Budget) -> Result<Vec<u
         let mut place = Bytes(packed.get(HEADER + 4 * number..).ok_or_else(damaged)?);
         let place = u32::from_le_bytes(place.array()?) as usize;
         let mut bytes = Bytes(packed.get(place..).ok_or_else(damaged)?);
-        let is_split = flags & WHOLE == 0 && size <= MOST_STREAMS && block / size >= FEWEST && out.len() == block;
+        let is_split = flags & WHOLE == 0 && size <= MAX_STREAMS && block / size >= FEWEST && out.len() == block;
         let streams = if is_split { size } else { 1 };
         if out.len() % streams != 0 {
             return Err(damaged());

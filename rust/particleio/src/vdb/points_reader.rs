@@ -9,7 +9,7 @@ use super::tree::Tree;
 use super::{LEAF, POINTS, blosc};
 use crate::bgeo::{KNOWN, NUMBER, RADIUS, TIME};
 use crate::bytes::Bytes;
-use crate::particles::{Channel, MOST, MOST_CHANNELS, Particles};
+use crate::particles::{Channel, MAX, MAX_CHANNELS, Particles};
 use crate::read::Read;
 
 /// Values lie in pages.
@@ -80,7 +80,7 @@ fn grid(entry: Entry, budget: &mut Budget, notes: &mut Vec<String>) -> Result<Pa
     let ends: Vec<&[u32]> = ends.chunks_exact(LEAF.len()).collect();
     let counts: Vec<u32> = ends.iter().map(|ends| ends[LEAF.len() - 1]).collect();
     let all: u64 = counts.iter().map(|count| u64::from(*count)).sum();
-    if all > MOST || ends.iter().any(|ends| !ends.is_sorted()) {
+    if all > MAX || ends.iter().any(|ends| !ends.is_sorted()) {
         return Err(damaged("points of voxels are not one after the other"));
     }
     let mut particles = Particles::default();
@@ -109,7 +109,7 @@ fn grid(entry: Entry, budget: &mut Budget, notes: &mut Vec<String>) -> Result<Pa
                 numbers.extend(values.iter().map(|value| *value as u32));
                 particles.numbers = Some(numbers);
             }
-            name if particles.channels.len() < MOST_CHANNELS => {
+            name if particles.channels.len() < MAX_CHANNELS => {
                 let known = KNOWN.iter().find(|(theirs, _, size)| name == *theirs && width == *size as usize);
                 let name = known.map_or(name, |(_, ours, _)| ours).to_owned();
                 let mut narrow = Vec::new();
@@ -161,7 +161,7 @@ fn attributes(bytes: &mut Bytes, leaves: usize, budget: &mut Budget) -> Result<V
 
 fn descriptor(bytes: &mut Bytes) -> Result<Vec<Attribute>> {
     let count = u64::from_le_bytes(bytes.array()?);
-    if count > MOST_CHANNELS as u64 {
+    if count > MAX_CHANNELS as u64 {
         return Err(Error::unsupported(format!("points have {count} attributes")).advise("remove some"));
     }
     let kinds: Vec<(String, String)> = (0..count).map(|_| Ok((text(bytes)?, text(bytes)?))).collect::<Result<_>>()?;

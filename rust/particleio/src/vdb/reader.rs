@@ -15,7 +15,7 @@ const OLDEST: u32 = 222;
 /// What follows the type of a grid of floats that have 16 bits in the file.
 const HALVES: &str = "_HalfFloat";
 /// Grids of a file at most, and entries of metadata.
-const MOST: u32 = 1 << 16;
+const MAX: u32 = 1 << 16;
 
 /// A grid of a file.
 pub(super) struct Entry<'a> {
@@ -47,7 +47,7 @@ pub(super) fn entries(file: &[u8]) -> Result<Vec<Entry<'_>>> {
     bytes.take(36)?;
     metadata(&mut bytes)?;
     let count = u32(&mut bytes)?;
-    if count > MOST {
+    if count > MAX {
         return Err(damaged("there are too many grids"));
     }
     let mut list = Vec::new();
@@ -162,7 +162,7 @@ impl Head {
 /// Names and values; types do not matter.
 pub(super) fn metadata(bytes: &mut Bytes) -> Result<Vec<(String, Vec<u8>)>> {
     let count = u32(bytes)?;
-    if count > MOST {
+    if count > MAX {
         return Err(damaged("there is too much metadata"));
     }
     let entry = |_| {

@@ -94,7 +94,7 @@ pub enum Content {
 }
 
 /// No more than this is decoded, whatever the memory limit: a few bytes can claim any number of pixels.
-const MOST_BYTES: u64 = 4 << 30;
+const MAX_BYTES: u64 = 4 << 30;
 
 /// Writes layers to an EXR file, compressed without loss.
 ///
@@ -217,7 +217,7 @@ pub fn decode_exr(mut reader: impl std::io::BufRead + std::io::Seek, memory_limi
         bytes = bytes.saturating_add(pixels.saturating_mul(per_pixel));
     }
     // Once as the file's samples and once as ours, which are floats where colours are converted.
-    if bytes.saturating_mul(3) > memory_limit.min(MOST_BYTES) {
+    if bytes.saturating_mul(3) > memory_limit.min(MAX_BYTES) {
         return Err(Error::memory(format!("the EXR has {bytes} bytes of pixels, more than the memory limit allows"))
             .advise("make it smaller or the limit larger"));
     }

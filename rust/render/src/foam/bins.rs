@@ -18,7 +18,7 @@ const SIDE: u32 = 64;
 const PIXELS: usize = (SIDE * SIDE) as usize;
 /// Particles whose bins are in memory at a time, and those of a task.
 const CHUNK: usize = 1 << 18;
-const PART: usize = 1 << 13;
+const CHUNK_LEN: usize = 1 << 13;
 /// How many entries of a bin before it is drawn a particle is asked from memory.
 const AHEAD: usize = 8;
 /// Bytes of a particle's entries in bins at most; see `docs/limits.md`.
@@ -74,9 +74,9 @@ impl Tiles {
     /// Draws particles with a share of their thickness.
     pub fn draw(&mut self, context: &Context, with: Drawing<'_>, particles: &[FoamParticle], share: f32) {
         for chunk in particles.chunks(CHUNK) {
-            let bins = context.map(chunk.len().div_ceil(PART), |part| {
-                let first = part * PART;
-                self.bins(with, &chunk[first..chunk.len().min(first + PART)], first)
+            let bins = context.map(chunk.len().div_ceil(CHUNK_LEN), |part| {
+                let first = part * CHUNK_LEN;
+                self.bins(with, &chunk[first..chunk.len().min(first + CHUNK_LEN)], first)
             });
             let tiles = (0..).zip(self.pixels.chunks_exact_mut(PIXELS)).map(|(number, pixels)| Tile {
                 left: number % self.columns * SIDE,

@@ -12,7 +12,7 @@ use super::{FoamKind, FoamParticle};
 const SIZES: u32 = 5;
 /// The radius in pixels of the smallest sprite that is drawn. Smaller ones are drawn as wide and as much thinner, so that the sum
 /// of their thickness stays.
-const LEAST_RADIUS: f32 = 0.5;
+const MIN_RADIUS: f32 = 0.5;
 /// Pixels from the middle of the picture beyond which no sprite is.
 const FARTHEST: f32 = 1e6;
 
@@ -89,7 +89,7 @@ impl Sprite {
         let radius = radius(settings, particle);
         let search = radius * projection.scale(place.z);
         let wide = if settings.aperture > 0.0 { search.hypot(blur(projection, settings, place.z)) } else { search };
-        let drawn = wide.max(LEAST_RADIUS);
+        let drawn = wide.max(MIN_RADIUS);
         let share = (search / drawn).powi(2);
         Some(Self { middle, depth: place.z, radius, search, drawn, share, kind: particle.kind, id: particle.id })
     }

@@ -29,7 +29,7 @@ use super::thickness::Thickness;
 
 /// Particles on the device at a time, and those of a task of the processor.
 const CHUNK: usize = 1 << 18;
-const PART: usize = 1 << 13;
+const CHUNK_LEN: usize = 1 << 13;
 /// Chunks that the device has not drawn yet, at most.
 const AHEAD: usize = 2;
 /// The steps of a chunk, as in `foam_splat.wgsl`.
@@ -138,7 +138,7 @@ impl Splats {
         let mut rows = vec![FoamRow::default(); particles.len().min(CHUNK)];
         for particles in particles.chunks(CHUNK) {
             let rows = &mut rows[..particles.len()];
-            let mut parts: Vec<_> = rows.chunks_mut(PART).zip(particles.chunks(PART)).collect();
+            let mut parts: Vec<_> = rows.chunks_mut(CHUNK_LEN).zip(particles.chunks(CHUNK_LEN)).collect();
             context.for_each_mut(&mut parts, |_, (rows, particles)| {
                 rows.iter_mut().zip(*particles).for_each(|(to, particle)| *to = row(particle));
             });

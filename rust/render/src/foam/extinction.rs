@@ -11,9 +11,9 @@ use super::falloff::falloff;
 use super::settings::FoamSettings;
 
 /// Values of a grid at most.
-const MOST: f64 = 67_108_864.0;
+const MAX: f64 = 67_108_864.0;
 /// Values along an axis at most, which files count in 16 bits.
-const MOST_ALONG: f64 = 65_535.0;
+const MAX_ALONG: f64 = 65_535.0;
 /// One cross section π r² in fixed point, so that sums do not depend on the order of particles.
 const UNIT: f64 = (1u64 << 32) as f64;
 
@@ -36,10 +36,9 @@ impl Extinction {
     pub fn new(context: &Context, settings: FoamSettings, [low, high]: [DVec3; 2], cell: f64) -> Result<Self> {
         settings.check()?;
         let counts = ((high - low) / cell).ceil() + 3.0;
-        let is_possible =
-            cell > 0.0 && (counts.cmpge(DVec3::splat(3.0)) & counts.cmple(DVec3::splat(MOST_ALONG))).all();
+        let is_possible = cell > 0.0 && (counts.cmpge(DVec3::splat(3.0)) & counts.cmple(DVec3::splat(MAX_ALONG))).all();
         let count = counts.element_product();
-        if !is_possible || count > MOST {
+        if !is_possible || count > MAX {
             return Err(Error::invalid(format!(
                 "a grid of {} × {} × {} values cannot be made",
                 counts.x, counts.y, counts.z

@@ -29,7 +29,7 @@ pub struct FoamView {
 }
 
 /// Pixels along a side at most.
-const MOST_SIDE: u32 = 1 << 14;
+const MAX_SIDE: u32 = 1 << 14;
 
 impl FoamView {
     /// Checks the size and the lens.
@@ -38,9 +38,9 @@ impl FoamView {
     /// Fails with `Invalid` if the picture has no pixels or too many, or an orthographic one no height.
     pub fn check(&self) -> Result<()> {
         let Self { width, height, .. } = *self;
-        if width == 0 || height == 0 || width.max(height) > MOST_SIDE {
+        if width == 0 || height == 0 || width.max(height) > MAX_SIDE {
             return Err(Error::invalid(format!("a picture of foam cannot have {width} × {height} pixels"))
-                .advise(format!("use 1 to {MOST_SIDE} along each side")));
+                .advise(format!("use 1 to {MAX_SIDE} along each side")));
         }
         match self.lens {
             Lens::Orthographic(height) if !(height > 0.0 && height.is_finite()) => {

@@ -53,7 +53,7 @@ pub const UNIFORM_PATCHES: u32 = 16;
 /// Vectors of a record: control points, then the edges and the patch's number.
 pub(super) const RECORD: usize = CONTROLS + 1;
 /// Whole numbers below this are themselves in f32.
-const MOST_PATCHES: usize = 1 << 24;
+const MAX_PATCHES: usize = 1 << 24;
 
 /// A draw of copies of one map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,9 +115,9 @@ impl VirtualVertices {
         if levels.count() != surface.count() {
             return Err(Error::invalid(format!("{} levels are given for {} patches", levels.count(), surface.count())));
         }
-        if surface.count() >= MOST_PATCHES {
+        if surface.count() >= MAX_PATCHES {
             return Err(Error::unsupported(format!("{} patches are too many to be drawn", surface.count()))
-                .advise(format!("draw fewer than {MOST_PATCHES} at a time")));
+                .advise(format!("draw fewer than {MAX_PATCHES} at a time")));
         }
         if !(1..=storage.most()).contains(&per_draw) {
             return Err(Error::invalid(format!("a draw cannot have {per_draw} patches")).advise(format!(

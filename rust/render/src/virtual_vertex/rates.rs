@@ -15,7 +15,7 @@ use relievo_surface::{Grid, Link, Order, Placement, Samples, Side, TileTopology}
 use relievo_tiles::{Displaced, Points};
 
 /// The highest power: 256 cells a side.
-pub const MOST_POWER: u8 = 8;
+pub const MAX_POWER: u8 = 8;
 
 /// The powers of all tiles and of their edges.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,17 +42,17 @@ impl TileRates {
     /// These powers of tiles; edges get the highest of the tiles they belong to.
     ///
     /// # Errors
-    /// There is not one power for every tile, or one is not from 1 to [`MOST_POWER`].
+    /// There is not one power for every tile, or one is not from 1 to [`MAX_POWER`].
     pub fn new(topology: &Arc<TileTopology>, tiles: Vec<u8>) -> Result<Self> {
         if tiles.len() != topology.tile_count() {
             let what = format!("{} rates are given for {} tiles", tiles.len(), topology.tile_count());
             return Err(Error::invalid(what));
         }
-        if let Some(tile) = tiles.iter().position(|power| !(1..=MOST_POWER).contains(power)) {
+        if let Some(tile) = tiles.iter().position(|power| !(1..=MAX_POWER).contains(power)) {
             let what = format!("2 to the power of {} cells a side", tiles[tile]);
             return Err(Error::invalid(what)
                 .at(format!("tile {tile}"))
-                .advise(format!("use powers from 1 to {MOST_POWER}")));
+                .advise(format!("use powers from 1 to {MAX_POWER}")));
         }
         let sides = tiles.iter().map(|power| [*power; 4]).collect();
         Ok(Self::of_sides(topology, tiles, sides))
@@ -66,7 +66,7 @@ impl TileRates {
         let edge = |tile: u32, edge: u8| {
             let mut most = of(Side { tile, edge });
             along(topology, tile, edge, |side| most = most.max(of(side)));
-            most.min(MOST_POWER) - sub(tile)
+            most.min(MAX_POWER) - sub(tile)
         };
         let edges = (0..tiles.len() as u32).map(|tile| [0, 1, 2, 3].map(|number| edge(tile, number))).collect();
         Self { tiles, edges }
@@ -282,7 +282,7 @@ pub(super) fn select(
     for relief in reliefs {
         let reach = view.reach(relief.low, relief.high, tolerance);
         let lowest =
-            |error: &dyn Fn(u8) -> f64| (1..MOST_POWER).find(|power| error(*power) <= reach).unwrap_or(MOST_POWER);
+            |error: &dyn Fn(u8) -> f64| (1..MAX_POWER).find(|power| error(*power) <= reach).unwrap_or(MAX_POWER);
         let power = lowest(&|power| relief.error(|bends| bends.error(power)));
         let side = |edge: usize| lowest(&|along| relief.error(|bends| bends.edge_error(edge, power, along)));
         tiles.push(power);

@@ -4,7 +4,7 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Charge, Device, wgpu};
 
 /// Pixels of a picture's side at most.
-const MOST_SIDE: u32 = 16_384;
+const MAX_SIDE: u32 = 16_384;
 /// Texels along a side of a shadow map.
 pub(super) const SHADOW_SIDE: u32 = 2048;
 
@@ -71,7 +71,7 @@ impl Targets {
     /// Of a picture of `size` pixels.
     pub fn new(device: &Device, size: [u32; 2]) -> Result<Self> {
         let [width, height] = size;
-        let most = device.limits().max_texture_dimension_2d.min(MOST_SIDE);
+        let most = device.limits().max_texture_dimension_2d.min(MAX_SIDE);
         if width == 0 || height == 0 || width.max(height) > most {
             return Err(Error::unsupported(format!("a picture of {width}×{height} pixels cannot be drawn"))
                 .advise(format!("use up to {most} pixels a side, or fewer samples a pixel")));

@@ -5,7 +5,7 @@ use half::f16;
 use relievo_core::{Context, Crease, Mesh, Values};
 use relievo_gpu::Device;
 use relievo_render::virtual_vertex::{
-    Coat, DeviceCoat, DeviceMesh, DrawnSurface, MOST_POWER, Placed, Rasterizer, Shape, Stage, TileRates, Tint,
+    Coat, DeviceCoat, DeviceMesh, DrawnSurface, MAX_POWER, Placed, Rasterizer, Shape, Stage, TileRates, Tint,
     VirtualTiles,
 };
 use relievo_render::{FalseColor, Frame, Material, NO_OBJECT, Scene, Sun, View, compare_geometry, write_png};
@@ -254,7 +254,7 @@ fn no_background_is_seen_between_tiles_of_any_rates() {
         let view = model.view(from, [240, 180]);
         adapted.adapt(&device, &viewpoint(&view), 0.5).unwrap();
         let powers: Vec<u8> = adapted.order().iter().map(|tile| adapted.rates().tile(*tile)).collect();
-        assert!(powers.iter().min() < powers.iter().max() && powers.iter().all(|power| *power < MOST_POWER));
+        assert!(powers.iter().min() < powers.iter().max() && powers.iter().all(|power| *power < MAX_POWER));
         let expected = rasterizer.render(&[model.placed(&fine)], &view).unwrap();
         let frame = rasterizer.render(&[model.placed(&adapted)], &view).unwrap();
         let difference = compare_geometry(&picture(&expected), &picture(&frame), None).unwrap().unwrap();
@@ -287,8 +287,8 @@ fn counts_follow_from_rates_which_agree_on_both_sides_of_edges() {
     let rates = TileRates::new(topology, powers).unwrap();
     for tile in 0..topology.tile_count() as u32 {
         for (edge, power) in (0..).zip(rates.edges(tile)) {
-            let own = rates.tile(tile).min(MOST_POWER - u8::from(topology.is_sub(tile)));
-            assert!((own..=MOST_POWER).contains(&power));
+            let own = rates.tile(tile).min(MAX_POWER - u8::from(topology.is_sub(tile)));
+            assert!((own..=MAX_POWER).contains(&power));
             match topology.link(tile, edge) {
                 relievo_surface::Link::Whole { side, .. } => {
                     assert_eq!(power, rates.edges(side.tile)[usize::from(side.edge)]);

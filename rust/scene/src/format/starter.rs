@@ -15,7 +15,7 @@ pub struct Entry<'a> {
 }
 
 /// Most patches to expect from a cage, so that its scene opens within seconds.
-const MOST_PATCHES: u32 = 1_000_000;
+const MAX_PATCHES: u32 = 1_000_000;
 
 /// A number as the scene shows it: four digits are enough to begin with.
 fn short(value: f64) -> String {
@@ -47,7 +47,7 @@ pub fn starter(context: &Context, entries: &[Entry], up: usize) -> Result<String
     let (low, high) = (low.map(f64::from), high.map(f64::from));
     let named = |error: Error| error.at(&target.path);
     let all = SurfaceOptions::default();
-    let within = SurfaceOptions { patch_limit: MOST_PATCHES, ..all };
+    let within = SurfaceOptions { patch_limit: MAX_PATCHES, ..all };
     let isolation = Surface::affordable_isolation(context, target.mesh, &within).map_err(named)?.unwrap_or(1);
     let fine = isolation < all.isolation;
     let options = SurfaceOptions { isolation, ..all };

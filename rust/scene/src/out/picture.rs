@@ -153,7 +153,7 @@ impl Studio {
                     };
                     if let Stage::Device(stage) = &mut self.stage {
                         // One quad per texel, as far as a draw can have them.
-                        let most = 1 << virtual_vertex::MOST_POWER;
+                        let most = 1 << virtual_vertex::MAX_POWER;
                         let power = |tile: u32| rates.of(tile).min(most).trailing_zeros() as u8;
                         let powers = (0..field.tile_count() as u32).map(power).collect();
                         let divided = virtual_vertex::TileRates::new(topology, powers)?;

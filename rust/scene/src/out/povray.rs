@@ -292,7 +292,7 @@ impl Coordinates {
 }
 
 /// Textures that POV-Ray may have to hold for one mesh.
-const MOST_TEXTURES: usize = 1 << 16;
+const MAX_TEXTURES: usize = 1 << 16;
 
 /// The colours of a mesh, rounded so that vertices share them.
 struct Palette {
@@ -324,7 +324,7 @@ impl Palette {
             if index == count {
                 palette.colors.push(key.map(|step| decode_srgb(step as f32 / steps)));
             }
-            if palette.colors.len() > MOST_TEXTURES {
+            if palette.colors.len() > MAX_TEXTURES {
                 return None;
             }
             palette.indices.push(index);

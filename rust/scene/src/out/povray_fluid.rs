@@ -31,8 +31,8 @@ pub(crate) struct Grid {
 }
 
 /// Values of a grid at most along an axis, and in all.
-const MOST_ALONG: f64 = 65_535.0;
-const MOST: f64 = 67_108_864.0;
+const MAX_ALONG: f64 = 65_535.0;
+const MAX: f64 = 67_108_864.0;
 /// The reach of a blob in spacings, and its strength half a spacing away.
 const REACH: f32 = 1.25;
 const THRESHOLD: f32 = 0.7056;
@@ -102,7 +102,7 @@ impl Grid {
         let low: [f64; 3] = std::array::from_fn(|axis| along(axis).fold(f64::INFINITY, f64::min) - reach);
         let high: [f64; 3] = std::array::from_fn(|axis| along(axis).fold(f64::NEG_INFINITY, f64::max) + reach);
         let counts: [f64; 3] = std::array::from_fn(|axis| ((high[axis] - low[axis]) / cell).ceil() + 1.0);
-        let fits = counts.iter().all(|count| *count <= MOST_ALONG) && counts.iter().product::<f64>() <= MOST;
+        let fits = counts.iter().all(|count| *count <= MAX_ALONG) && counts.iter().product::<f64>() <= MAX;
         if points.is_empty() || !fits {
             return Err(Error::invalid(format!("a grid of {counts:?} values cannot be written"))
                 .advise("use larger cells, or `povray = \"mesh\"`"));

@@ -70,7 +70,7 @@ fn stations(entry: &RiderEntry, way: &[DAffine3], frame: u32) -> Vec<Station> {
             Some(along) => along,
             None => (to - from).normalize_or_zero(),
         };
-        let index = frame.wrapping_mul(MOST as u32).wrapping_add(index as u32);
+        let index = frame.wrapping_mul(MAX as u32).wrapping_add(index as u32);
         Station { position: from + (to - from) * share, pressure: 1.0, direction, index }
     };
     if places.len() < 2 {
@@ -83,7 +83,7 @@ fn stations(entry: &RiderEntry, way: &[DAffine3], frame: u32) -> Vec<Station> {
     let step = f64::from(entry.brush.settings.radius) * f64::from(entry.brush.settings.spacing);
     let length: f64 = lengths.iter().sum();
     // What rests does not touch anew.
-    let count = if length > 1e-6 * step { (length / step).ceil().min(MOST as f64) as usize } else { 0 };
+    let count = if length > 1e-6 * step { (length / step).ceil().min(MAX as f64) as usize } else { 0 };
     let (mut segment, mut gone) = (0, 0.0);
     let at = |k: usize| {
         let wanted = length * (k + 1) as f64 / count as f64;
@@ -97,4 +97,4 @@ fn stations(entry: &RiderEntry, way: &[DAffine3], frame: u32) -> Vec<Station> {
 }
 
 /// Most dabs of a brush in a frame.
-const MOST: usize = 4096;
+const MAX: usize = 4096;

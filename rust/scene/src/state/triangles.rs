@@ -182,7 +182,7 @@ impl TriangleItem {
 }
 
 /// Faces that are one mesh for the ray caster, so that there are not as many as faces.
-pub const PART: usize = 256;
+pub const CHUNK_LEN: usize = 256;
 
 /// The faces that look different after blocks changed, ascending. Normals of the neighbours may be others too.
 pub fn stale_faces(object: &TriangleObject, blocks: &[u32]) -> Vec<u32> {
@@ -197,7 +197,7 @@ pub fn stale_faces(object: &TriangleObject, blocks: &[u32]) -> Vec<u32> {
 
 /// The parts that look different after blocks changed, ascending.
 pub fn stale_parts(object: &TriangleObject, blocks: &[u32]) -> Vec<u32> {
-    let mut parts: Vec<u32> = stale_faces(object, blocks).into_iter().map(|face| face / PART as u32).collect();
+    let mut parts: Vec<u32> = stale_faces(object, blocks).into_iter().map(|face| face / CHUNK_LEN as u32).collect();
     parts.dedup();
     parts
 }
@@ -215,9 +215,9 @@ pub fn fading_parts(object: &TriangleObject, entry: &ObjectEntry) -> Vec<u32> {
 /// Fails with `Invalid` only if a displacement is that of another mesh, which the object refuses when it is set.
 pub fn part(object: &TriangleObject, entry: &ObjectEntry, part: u32, tag: impl Fn(u32) -> u32) -> Result<render::Mesh> {
     let count = object.surface().topology().face_count();
-    let first = part as usize * PART;
+    let first = part as usize * CHUNK_LEN;
     let mut mesh = render::Mesh::default();
-    for face in first..(first + PART).min(count) {
+    for face in first..(first + CHUNK_LEN).min(count) {
         let face = face as u32;
         let (piece, colors) = object.piece(face)?;
         let base = mesh.points.len() as u32;
@@ -251,5 +251,5 @@ pub fn coat<'a>(object: &'a TriangleObject, entry: &ObjectEntry) -> render::virt
 
 /// How many parts there are.
 pub fn part_count(object: &TriangleObject) -> u32 {
-    object.surface().topology().face_count().div_ceil(PART) as u32
+    object.surface().topology().face_count().div_ceil(CHUNK_LEN) as u32
 }

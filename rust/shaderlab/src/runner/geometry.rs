@@ -9,7 +9,7 @@ use super::program::Point;
 use crate::resource::FieldKind;
 
 /// Vertices, counted anew in each instance, that a runner draws.
-pub const MOST_VERTICES: u64 = 1 << 22;
+pub const MAX_VERTICES: u64 = 1 << 22;
 
 /// What is drawn.
 pub(super) struct Geometry {
@@ -23,7 +23,7 @@ impl Geometry {
     /// Makes the vertices of a vertex shader.
     ///
     /// Fails if an input has no numbers, if their numbers of vertices differ or are too few, or if there are more than
-    /// [`MOST_VERTICES`].
+    /// [`MAX_VERTICES`].
     pub fn new(device: &Device, vertex: &Point, inputs: &Inputs) -> Result<Self> {
         let mut given: Option<(usize, &str)> = None;
         let mut attributes = Vec::new();
@@ -63,10 +63,10 @@ impl Geometry {
         }
         let instances = inputs.instances.unwrap_or(1);
         let all = (count as u64).saturating_mul(u64::from(instances));
-        if !(1..=MOST_VERTICES).contains(&all) {
+        if !(1..=MAX_VERTICES).contains(&all) {
             return Err(Error::invalid(format!("there are {count} vertices of {instances} instances"))
                 .at("vertices")
-                .advise(format!("draw 1 to {MOST_VERTICES}")));
+                .advise(format!("draw 1 to {MAX_VERTICES}")));
         }
         Ok(Self { count: [count as u32, instances], attributes })
     }

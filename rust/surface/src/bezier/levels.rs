@@ -226,7 +226,7 @@ impl Curvature {
 mod tests {
     use super::*;
     use crate::Place;
-    use crate::bezier::MOST_LEVEL;
+    use crate::bezier::MAX_LEVEL;
 
     fn random(seed: u64) -> impl FnMut() -> f32 {
         let mut state = seed;
@@ -298,7 +298,7 @@ mod tests {
         let surface = strip(6, false, 9);
         let seen = |distance: f64, tolerance: f64| {
             let view = Viewpoint { eye: [9.0, 1.5, distance], forward: [0.0, 0.0, -1.0], pixels: 800.0, corner: 0.6 };
-            Levels::select(&context, &surface, &view, tolerance, MOST_LEVEL).unwrap()
+            Levels::select(&context, &surface, &view, tolerance, MAX_LEVEL).unwrap()
         };
         let far = seen(400.0, 1.0);
         let near = seen(40.0, 1.0);
@@ -316,7 +316,7 @@ mod tests {
                     let error = Curvature::new(surface.controls(patch)).error(level as u8);
                     error * 800.0 * 1.36f64.sqrt() / (nearest - error)
                 };
-                assert!(pixels(level) <= tolerance * 1.000001 || level == MOST_LEVEL, "{patch}: {}", pixels(level));
+                assert!(pixels(level) <= tolerance * 1.000001 || level == MAX_LEVEL, "{patch}: {}", pixels(level));
                 // No neighbour made it finer than it has to be.
                 assert!(level == 1 || pixels(level - 1) > tolerance, "{patch}: {}", pixels(level - 1));
             }

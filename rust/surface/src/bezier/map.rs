@@ -12,7 +12,7 @@ use relievo_core::{Error, Result};
 use super::stitch::{Stitch, stitches};
 
 /// The highest level.
-pub const MOST_LEVEL: u32 = 8;
+pub const MAX_LEVEL: u32 = 8;
 
 /// A vertex of a map, as vertex shaders read it.
 #[repr(C)]
@@ -53,11 +53,11 @@ impl ParametricMap {
     /// The map of `level`.
     ///
     /// # Errors
-    /// The level is not from 1 to [`MOST_LEVEL`].
+    /// The level is not from 1 to [`MAX_LEVEL`].
     pub fn new(level: u32) -> Result<Self> {
-        if !(1..=MOST_LEVEL).contains(&level) {
+        if !(1..=MAX_LEVEL).contains(&level) {
             return Err(Error::invalid(format!("there is no level {level}"))
-                .advise(format!("use levels from 1 to {MOST_LEVEL}")));
+                .advise(format!("use levels from 1 to {MAX_LEVEL}")));
         }
         Ok(Self { level })
     }
@@ -248,6 +248,6 @@ mod tests {
             assert_eq!(strip[strip.len() - 1].place(), [side - 1; 2]);
             assert_eq!((map.parameter(0), map.parameter(side - 1)), (0.0, 1.0));
         }
-        assert!(ParametricMap::new(0).is_err() && ParametricMap::new(MOST_LEVEL + 1).is_err());
+        assert!(ParametricMap::new(0).is_err() && ParametricMap::new(MAX_LEVEL + 1).is_err());
     }
 }

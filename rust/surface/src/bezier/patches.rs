@@ -11,13 +11,13 @@ use super::EdgeTable;
 pub const CONTROLS: usize = 16;
 
 /// The largest coordinate of a control point.
-pub const MOST_COORDINATE: f32 = 1e12;
+pub const MAX_COORDINATE: f32 = 1e12;
 
 /// The smallest and the largest weight of a control point.
 pub const WEIGHTS: [f32; 2] = [1e-6, 1e6];
 
 /// The most patches a surface may have.
-pub const MOST_SURFACES: usize = 1 << 26;
+pub const MAX_SURFACES: usize = 1 << 26;
 
 /// A surface of bicubic Bézier patches, which are called its surfaces in the publications on virtual vertices.
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ impl BezierSurface {
     ///
     /// # Errors
     /// Counts that do not fit, an index that refers to nothing, coordinates that are not finite or above
-    /// [`MOST_COORDINATE`], weights outside [`WEIGHTS`], or more than the context's memory limit.
+    /// [`MAX_COORDINATE`], weights outside [`WEIGHTS`], or more than the context's memory limit.
     pub fn new(
         context: &Context,
         points: &[[f32; 3]],
@@ -47,9 +47,9 @@ impl BezierSurface {
                 .advise("give 16 for every patch, row by row"));
         }
         let count = used / CONTROLS;
-        if count > MOST_SURFACES {
+        if count > MAX_SURFACES {
             return Err(
-                Error::invalid(format!("{count} patches are too many")).advise(format!("use at most {MOST_SURFACES}"))
+                Error::invalid(format!("{count} patches are too many")).advise(format!("use at most {MAX_SURFACES}"))
             );
         }
         if let Some(weights) = weights.filter(|weights| weights.len() != points.len()) {
@@ -63,9 +63,9 @@ impl BezierSurface {
                 at(Error::invalid(format!("point {index} does not exist"))
                     .advise(format!("use 0 to {}", points.len().saturating_sub(1))))
             })?;
-            if !point.iter().all(|value| value.abs() <= MOST_COORDINATE) {
+            if !point.iter().all(|value| value.abs() <= MAX_COORDINATE) {
                 return Err(at(Error::invalid("a coordinate is not finite, or too large")
-                    .advise(format!("use coordinates up to {MOST_COORDINATE:e}"))));
+                    .advise(format!("use coordinates up to {MAX_COORDINATE:e}"))));
             }
             let weight = weights.map_or(1.0, |weights| weights[index]);
             if !(WEIGHTS[0]..=WEIGHTS[1]).contains(&weight) {

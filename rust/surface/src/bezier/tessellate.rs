@@ -88,7 +88,7 @@ impl BezierSurface {
             return Err(Error::memory(format!("the triangles need {bytes} bytes, more than the memory limit"))
                 .advise("use lower levels, or raise the memory limit"));
         }
-        let tables: Vec<Table> = (1..=super::MOST_LEVEL).map(Table::new).collect::<Result<_>>()?;
+        let tables: Vec<Table> = (1..=super::MAX_LEVEL).map(Table::new).collect::<Result<_>>()?;
         let mut tessellation = BezierTessellation {
             points: vec![[0.0; 3]; points as usize],
             normals: vec![[0.0; 3]; points as usize],

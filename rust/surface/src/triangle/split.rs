@@ -26,7 +26,7 @@ pub struct SplitReport {
 }
 
 /// Most triangles that come of it.
-const MOST: usize = 1 << 26;
+const MAX: usize = 1 << 26;
 
 /// A triangle on the way: its points, the face it lies in, and where its corners are in that face.
 #[derive(Clone, Copy, Debug)]
@@ -139,8 +139,8 @@ pub fn split(context: &Context, mesh: &Mesh, longest: f64) -> Result<(Mesh, Spli
 
 /// Fails if so many triangles with so many points are too many, or take too much memory.
 fn check_size(context: &Context, mesh: &Mesh, longest: f64, triangles: usize, points: usize) -> Result<()> {
-    if triangles.max(points) > MOST {
-        return Err(Error::memory(format!("edges no longer than {longest} take over {MOST} triangles"))
+    if triangles.max(points) > MAX {
+        return Err(Error::memory(format!("edges no longer than {longest} take over {MAX} triangles"))
             .advise("allow longer edges"));
     }
     let (bytes, limit) = (bytes(mesh, triangles as u64, points as u64), context.memory_limit());

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 use relievo_core::{Context, ContextOptions};
 use relievo_surface::Place;
-use relievo_surface::bezier::{BezierSurface, BezierTessellation, EdgeSense, Levels, MOST_LEVEL, ParametricMap};
+use relievo_surface::bezier::{BezierSurface, BezierTessellation, EdgeSense, Levels, MAX_LEVEL, ParametricMap};
 use relievo_testing::Random;
 
 /// The models, as they are and with weights. None where the data is not there.
@@ -228,7 +228,7 @@ fn both_sides_of_every_edge_have_the_same_points_at_any_levels() {
     let mut random = Random(29);
     for (name, surface) in models(&context) {
         for round in 0..6 {
-            let most = if round < 5 { 5 } else { MOST_LEVEL };
+            let most = if round < 5 { 5 } else { MAX_LEVEL };
             let levels = (0..surface.count()).map(|_| 1 + random.below(most as usize) as u8).collect();
             let levels = Levels::new(&surface, levels).unwrap();
             let tessellation = surface.tessellate(&context, &levels).unwrap();

@@ -38,10 +38,10 @@ pub(crate) struct DeviceFade {
 }
 
 /// Blocks of a dispatch at most.
-const MOST_BLOCKS: usize = 32_768;
+const MAX_BLOCKS: usize = 32_768;
 
 /// Words of texels that come back at a time.
-const MOST_WORDS: usize = 1 << 24;
+const MAX_WORDS: usize = 1 << 24;
 
 /// The words of texels, the last of which may be filled up, and then their stamps.
 pub(crate) fn words<T: Texel>(texels: &[T], stamps: &[f32]) -> Arc<[u32]> {
@@ -93,9 +93,9 @@ impl DeviceFade {
             let mut sum = 0;
             let fits = |block: &&Fading| {
                 sum += words(block);
-                sum <= MOST_WORDS
+                sum <= MAX_WORDS
             };
-            let count = rest.iter().take(MOST_BLOCKS).take_while(fits).count().max(1);
+            let count = rest.iter().take(MAX_BLOCKS).take_while(fits).count().max(1);
             let (now, then) = rest.split_at(count);
             rest = then;
             let mut end = 0;

@@ -59,12 +59,12 @@ impl Rect {
     /// one for all.
     pub fn of_indices(list: impl Iterator<Item = usize> + Clone, size: usize, mut each: impl FnMut(Self)) {
         /// Above this many a common rectangle is less work.
-        const FEW: usize = 8;
+        const MAX_SINGLE: usize = 8;
         let stride = size + 2;
         let inside = |at: &usize| (1..=size).contains(&(at % stride)) && (1..=size).contains(&(at / stride));
         let texels = list.filter(inside).map(|at| (at % stride - 1, at / stride - 1));
         let texel = |(i, j): (usize, usize)| Self { columns: i..i + 1, rows: j..j + 1 };
-        if texels.clone().nth(FEW).is_none() {
+        if texels.clone().nth(MAX_SINGLE).is_none() {
             return texels.map(texel).for_each(each);
         }
         let both = |a: Range<usize>, b: Range<usize>| a.start.min(b.start)..a.end.max(b.end);

@@ -406,7 +406,7 @@ pub(crate) fn texel_of_none<T: Texel>(view: &View<'_, T>, tile: u32, i: usize, j
 }
 
 /// Tiles below which waking threads costs more than they save.
-const FEW: usize = 64;
+const MIN_PARALLEL: usize = 64;
 
 /// Items of `work` that are done together.
 const TOGETHER: usize = 16;
@@ -436,7 +436,7 @@ fn collect<T: Texel>(
             }
         }
     };
-    if work.len() < FEW {
+    if work.len() < MIN_PARALLEL {
         pieces[..count].iter_mut().enumerate().for_each(|(index, piece)| fill(index, piece));
     } else {
         context.for_each_mut(&mut pieces[..count], fill);

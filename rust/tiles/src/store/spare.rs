@@ -4,7 +4,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Bytes kept of a channel at most.
-const MOST: usize = 16 << 20;
+const MAX: usize = 16 << 20;
 
 /// Spare blocks and pages of a channel, shared by all its fields.
 #[derive(Debug)]
@@ -60,7 +60,7 @@ impl<T, P> Spare<T, P> {
             return;
         }
         let mut lists = self.lists();
-        if lists.bytes + bytes > MOST {
+        if lists.bytes + bytes > MAX {
             return;
         }
         lists.bytes += bytes;
@@ -81,7 +81,7 @@ impl<T, P> Spare<T, P> {
     /// Keeps a page that nobody else holds, unless there are many.
     pub fn keep_page(&self, page: Arc<P>) {
         let mut lists = self.lists();
-        if lists.bytes + size_of::<P>() <= MOST {
+        if lists.bytes + size_of::<P>() <= MAX {
             lists.bytes += size_of::<P>();
             lists.pages.push(page);
         }
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!((&*copy, copy.as_ptr(), &*held), (&[5, 6, 7, 8][..], place, &[1; 4][..]));
         spare.keep(copy);
         assert_eq!((&*spare.filled(3, 9), &*spare.filled(4, 9)), (&[9; 3][..], &[9; 4][..]));
-        let large: Arc<[u16]> = vec![0; MOST / 2 + 1].into();
+        let large: Arc<[u16]> = vec![0; MAX / 2 + 1].into();
         spare.keep(large);
         assert!(spare.lists().bytes == 0 && spare.page().is_none());
         spare.keep_page(Arc::new([1; 8]));

@@ -10,7 +10,7 @@ use crate::distance::DistanceField;
 use crate::model::{Model, Shape};
 
 /// Triangles of a bent surface at most.
-const MOST: usize = 1 << 22;
+const MAX: usize = 1 << 22;
 
 /// How a block is bent. Its outer side is the plane y = 0 and looks along −y; depths are y, and z is up.
 ///
@@ -124,8 +124,8 @@ pub(crate) fn divided(shape: &Shape, longest: f32) -> Result<Shape> {
         if middles.is_empty() {
             return Ok(shape);
         }
-        if shape.triangles.len() > MOST / 4 {
-            return Err(Error::memory(format!("a bent surface would have more than {MOST} triangles"))
+        if shape.triangles.len() > MAX / 4 {
+            return Err(Error::memory(format!("a bent surface would have more than {MAX} triangles"))
                 .at(format!("surface `{}`", shape.name))
                 .advise("take larger voxels, or a smaller surface"));
         }

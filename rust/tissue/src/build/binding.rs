@@ -7,7 +7,7 @@ use crate::hexahedron::{locate, trilinear};
 use crate::model::Model;
 
 /// Points of a piece of work.
-const PART: usize = 8192;
+const CHUNK_LEN: usize = 8192;
 
 /// A surface that follows elements.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,8 +73,10 @@ impl Binding {
             false => Vec::new(),
         };
         let mut points = vec![[0.0; 3]; self.anchors.len()];
-        let done =
-            context.for_each_part((self.anchors.as_slice(), points.as_mut_slice()), PART, |_, (anchors, points)| {
+        let done = context.for_each_part(
+            (self.anchors.as_slice(), points.as_mut_slice()),
+            CHUNK_LEN,
+            |_, (anchors, points)| {
                 for (anchor, point) in anchors.iter().zip(points) {
                     let shares = trilinear(anchor.weights);
                     let mut sum = Vec4::ZERO;
@@ -85,7 +87,8 @@ impl Binding {
                     *point = sum.truncate().to_array();
                 }
                 Ok(())
-            });
+            },
+        );
         debug_assert!(done.is_ok());
         points
     }

@@ -10,7 +10,7 @@ use crate::material::{Material, Muscle};
 use crate::model::{Model, Shape};
 
 /// Volumes at most: the bits of a mask.
-pub(crate) const MOST: usize = 64;
+pub(crate) const MAX: usize = 64;
 
 /// What a model is made from.
 #[derive(Clone, Debug, Default)]
@@ -117,9 +117,9 @@ impl Description {
                 .advise("use 0 to below 1"));
         }
         self.materials.iter().try_for_each(Material::check)?;
-        if self.volumes.is_empty() || self.volumes.len() > MOST {
+        if self.volumes.is_empty() || self.volumes.len() > MAX {
             return Err(Error::invalid(format!("{} volumes make no model", self.volumes.len()))
-                .advise(format!("give 1 to {MOST}")));
+                .advise(format!("give 1 to {MAX}")));
         }
         if !self.volumes.iter().any(|volume| volume.level == 0) {
             return Err(

@@ -24,7 +24,7 @@ pub struct Scan {
 /// Bytes of the header.
 const HEADER: usize = 348;
 /// Voxels along an axis at most: the format has 16 bits.
-const MOST: i16 = i16::MAX;
+const MAX: i16 = i16::MAX;
 
 impl Scan {
     /// Reads a file, compressed or not.
@@ -67,7 +67,7 @@ impl Scan {
             );
         }
         let dimensions = [1, 2, 3].map(|axis| short(40 + 2 * axis));
-        if short(40) < 3 || dimensions.iter().any(|count| !(1..=MOST).contains(count)) {
+        if short(40) < 3 || dimensions.iter().any(|count| !(1..=MAX).contains(count)) {
             return Err(Error::invalid(format!("{dimensions:?} voxels of {} dimensions make no volume", short(40))));
         }
         let counts = dimensions.map(|count| count as usize);

@@ -22,10 +22,10 @@ const REST: f64 = 0.4;
 const PASSES: [u32; 2] = [1, 6];
 
 /// Pixels of a picture at most, along its longer side.
-const MOST: f32 = 1600.0;
+const MAX: f32 = 1600.0;
 
 /// Triangles at most, so that a copy of them is affordable.
-pub(crate) const MOST_TRIANGLES: usize = 8_000_000;
+pub(crate) const MAX_TRIANGLES: usize = 8_000_000;
 
 /// The sky and what is seen beside the model, linear.
 const BEHIND: [f32; 3] = [0.022, 0.025, 0.03];
@@ -89,7 +89,7 @@ impl Rays {
             (self.asked, self.job, self.picture) = (None, None, None);
             return Ok(());
         }
-        let shrink = (MOST / area.width().max(area.height()).max(1.0)).min(ui.ctx().pixels_per_point());
+        let shrink = (MAX / area.width().max(area.height()).max(1.0)).min(ui.ctx().pixels_per_point());
         let size = [area.width(), area.height()].map(|side| (side * shrink).round().max(1.0) as u32);
         let (asked, now) = (Asked { camera: *camera, size, serial }, ui.input(|input| input.time));
         if self.asked != Some(asked) {

@@ -12,7 +12,7 @@ use relievo_tiles::{ChannelOptions, Displacement, Paint};
 const BLANK: Vec4 = Vec4::new(0.55, 0.53, 0.5, 1.0);
 
 /// Triangles that a view has at most where nobody asks for more.
-const MOST_TRIANGLES: u64 = 400_000;
+const MAX_TRIANGLES: u64 = 400_000;
 
 /// Bytes that the blocks of a channel may occupy.
 const BUDGET: u64 = 2 << 30;
@@ -92,5 +92,5 @@ pub(crate) fn affordable_cells(mesh: &Mesh, kind: SurfaceKind) -> u32 {
         SurfaceKind::Surface => &[64, 32, 16, 8, 4, 2],
         SurfaceKind::Triangles => &[32, 16, 8],
     };
-    sizes.iter().copied().find(|cells| count(u64::from(*cells)) <= MOST_TRIANGLES).unwrap_or(1)
+    sizes.iter().copied().find(|cells| count(u64::from(*cells)) <= MAX_TRIANGLES).unwrap_or(1)
 }

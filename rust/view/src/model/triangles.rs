@@ -17,7 +17,7 @@ use relievo_tiles::{
 use crate::drawing::shaded::Arrays;
 
 /// Triangles that faces are divided into at most, however fine their details are.
-const MOST_TRIANGLES: u64 = 6_000_000;
+const MAX_TRIANGLES: u64 = 6_000_000;
 
 /// The most cells along an edge of a face.
 const FINEST: u32 = 256;
@@ -452,7 +452,7 @@ fn surface_rates(object: &DisplacedObject, cells: u32) -> Vec<u32> {
     };
     let rates: Vec<u32> = (0..).zip(&coarse).map(fine).collect();
     let count: u64 = rates.iter().map(|rate| 2 * u64::from(*rate).pow(2)).sum();
-    if count <= MOST_TRIANGLES { rates } else { coarse }
+    if count <= MAX_TRIANGLES { rates } else { coarse }
 }
 
 /// As [`surface_rates`], of the faces of a triangle mesh.
@@ -465,5 +465,5 @@ fn face_rates(context: &Context, object: &TriangleObject, cells: u32) -> Vec<Fac
     let rates = context.map(faces, |face| object.rates(face as u32).with(least));
     let inside = |rates: &FaceRates| rates.inside.map_or(1, |pattern| 3 * u64::from(pattern.segments()).pow(2) / 2);
     let count: u64 = rates.iter().map(inside).sum();
-    if count <= MOST_TRIANGLES { rates } else { vec![least; faces] }
+    if count <= MAX_TRIANGLES { rates } else { vec![least; faces] }
 }

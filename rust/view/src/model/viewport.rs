@@ -157,7 +157,7 @@ impl Viewport {
         let is_busy = session.is_drawing() || self.drag.is_some() || self.ended.is_some();
         let (serial, triangles) = (session.changes(), session.triangles());
         let mesh = || {
-            if triangles.corners().len() / 3 > rays::MOST_TRIANGLES {
+            if triangles.corners().len() / 3 > rays::MAX_TRIANGLES {
                 return Err(relievo_core::Error::unsupported("the model has too many triangles for the ray caster"));
             }
             Ok(relievo_render::Mesh {

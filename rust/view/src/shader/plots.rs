@@ -18,7 +18,7 @@ pub(crate) const BRUSH: Color32 = Color32::from_rgb(240, 228, 66);
 const BARS: usize = 32;
 
 /// Dots that a plot draws at most; of more, every n-th is drawn.
-const MOST_DOTS: usize = 4000;
+const MAX_DOTS: usize = 4000;
 
 /// What is picked and brushed in all plots.
 #[derive(Debug, Default)]
@@ -63,7 +63,7 @@ fn dots(session: &Session) -> Vec<Dot<'_>> {
     let all: Vec<_> = logs
         .flat_map(|(class, log)| log.vectors.chunks_exact(width).map(move |vector| Dot { class, vector }))
         .collect();
-    let step = all.len().div_ceil(MOST_DOTS).max(1);
+    let step = all.len().div_ceil(MAX_DOTS).max(1);
     all.into_iter().step_by(step).filter(|dot| dot.vector.iter().all(|value| value.is_finite())).collect()
 }
 

@@ -10,7 +10,7 @@ use relievo_render::Mesh;
 
 use super::{Bake, Ball, Eye, Frames, Picture, Setting, Subject, bounds, complete};
 use crate::drawing::camera::{Camera, Side};
-use crate::drawing::rays::{MOST_TRIANGLES, Rays};
+use crate::drawing::rays::{MAX_TRIANGLES, Rays};
 
 /// What the pointer does while a button is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -327,7 +327,7 @@ fn with_balls(picture: &Picture) -> Mesh {
     let mut mesh = picture.mesh.clone();
     (mesh.tags, mesh.edges) = (Vec::new(), Vec::new());
     let (corners, triangles) = icosahedron();
-    let room = MOST_TRIANGLES.saturating_sub(mesh.triangles.len()) / triangles.len();
+    let room = MAX_TRIANGLES.saturating_sub(mesh.triangles.len()) / triangles.len();
     for Ball { center, radius, color } in picture.balls.iter().take(room) {
         let first = mesh.points.len() as u32;
         mesh.points.extend(corners.iter().map(|corner| (Vec3::from(*center) + *radius * *corner).to_array()));

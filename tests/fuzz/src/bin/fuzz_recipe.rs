@@ -17,7 +17,7 @@ use relievo_tiles::triangle::{TriangleChannel, TriangleOptions, TriangleTessella
 /// Bytes before those that the sum is of.
 const HEAD: usize = 20;
 /// Triangles, pins and corners of decals that are laid.
-const MOST: usize = 64;
+const MAX: usize = 64;
 
 static SOUND: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let pin = |x: f64, face: u32| Pin { image: [x, 3.0], place: Place { face, barycentric: [0.2, 0.3, 0.5] } };
@@ -84,10 +84,10 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
 fn read(bytes: &[u8]) {
     let Ok(mut recipe) = Recipe::decode(bytes) else { return };
     assert!(Recipe::is_one(bytes) && recipe.encode() == bytes, "it is written as it was read");
-    if recipe.pins.len() > MOST || bytes.len() > 64 * MOST {
+    if recipe.pins.len() > MAX || bytes.len() > 64 * MAX {
         return;
     }
-    recipe.settings.triangles = recipe.settings.triangles.min(MOST as u32);
+    recipe.settings.triangles = recipe.settings.triangles.min(MAX as u32);
     recipe.settings.steps = recipe.settings.steps.min(4);
     let on_triangles = recipe.lay_on::<TriangleObject>(&TRIANGLES, &mut Silent);
     for laid in [recipe.lay(&SHEET, &mut Silent), on_triangles] {

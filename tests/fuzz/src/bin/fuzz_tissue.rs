@@ -12,7 +12,7 @@ use relievo_tissue::{Labels, Material, Model, Range, SavedState, Scan, Simulatio
 /// Bytes before those that the sum is of.
 const HEAD: usize = 24;
 /// Elements and nodes of models that are simulated.
-const MOST: usize = 2000;
+const MAX: usize = 2000;
 
 fn gel() -> Material {
     Material { name: "gel".into(), density: 1000.0, shear: 1000.0, bulk: 1e4 }
@@ -68,7 +68,7 @@ fn sound(model: Model) {
     let again = Model::decode(&model.encode()).expect("what was written is read");
     assert_eq!(again.encode(), model.encode());
     let _ = model.to_inp();
-    if model.nodes.len() > MOST || model.elements.len() > MOST {
+    if model.nodes.len() > MAX || model.elements.len() > MAX {
         return;
     }
     let context = Context::new(&ContextOptions { threads: 1, memory_limit: MEMORY_LIMIT }).expect("one thread");

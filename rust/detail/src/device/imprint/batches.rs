@@ -11,8 +11,8 @@ use super::voxel::VoxelRoom;
 
 /// Points and triangles that are on the lattices of several imprints at once, and words of winding numbers, unless one
 /// alone has more: 320 MiB, which hold eight grids of 2²⁴ voxels.
-const MOST_PLACED: usize = 1 << 22;
-const MOST_VOXELS: usize = 5 << 24;
+const MAX_PLACED: usize = 1 << 22;
+const MAX_VOXELS: usize = 5 << 24;
 
 /// Imprints whose winding numbers are there at once.
 #[derive(Clone, Debug)]
@@ -48,7 +48,7 @@ impl Batch {
 /// Winding numbers that are there at once at most: no more than a buffer of `device` holds.
 pub(super) fn most_voxels(device: &Device) -> usize {
     let held = device.limits().max_storage_buffer_binding_size / size_of::<u32>() as u64;
-    usize::try_from(held).map_or(MOST_VOXELS, |held| held.min(MOST_VOXELS))
+    usize::try_from(held).map_or(MAX_VOXELS, |held| held.min(MAX_VOXELS))
 }
 
 /// Says where the points, the work and the voxels of every imprint lie, and which is the next one of the same target, of
@@ -62,7 +62,7 @@ pub(super) fn batches(words: &mut [Words], targets: &[usize], most_voxels: usize
         let VoxelRoom([points, items, turns, columns, bits]) = VoxelRoom::of(mesh, it.dims())?;
         let fits = |batch: &&mut Batch| {
             let VoxelRoom([corners, work, _, _, words]) = batch.room;
-            corners + work + points + items <= MOST_PLACED && words + bits <= most_voxels
+            corners + work + points + items <= MAX_PLACED && words + bits <= most_voxels
         };
         let batch = match batches.last_mut().filter(fits) {
             Some(batch) => batch,

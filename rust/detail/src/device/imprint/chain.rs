@@ -15,7 +15,7 @@ use relievo_tiles::Field;
 
 use super::batches::{Batch, batches, most_voxels};
 use super::blocks::{DeviceBlocks, Record};
-use super::link::{Ground, Link, MOST_LINKS, Slots, Words};
+use super::link::{Ground, Link, MAX_LINKS, Slots, Words};
 use super::meshes::DeviceMeshes;
 use super::moved::Moved;
 use super::rim::{Around, DeviceRims, RimRoom, volumes};
@@ -31,7 +31,7 @@ use crate::imprint::collider::Collider;
 use crate::imprint::dents::{DentBlock, TileDents, unkey};
 
 /// Blocks that there is room for at first, and that are read back.
-const FEW: usize = 512;
+const FIRST_ROOM: usize = 512;
 
 /// What imprints have on a device besides the objects.
 #[derive(Debug)]
@@ -63,7 +63,7 @@ impl DeviceChain {
             rims: None,
             bends: false,
             rim_room: RimRoom::default(),
-            likely: FEW,
+            likely: FIRST_ROOM,
             kept: BTreeMap::new(),
         })
     }
@@ -81,8 +81,8 @@ impl DeviceChain {
         colliders: &[&Collider],
         links: &[Link],
     ) -> Result<Vec<Cast>> {
-        if links.len() > MOST_LINKS {
-            return Err(Error::internal(format!("{} imprints at once; there may be {MOST_LINKS}", links.len())));
+        if links.len() > MAX_LINKS {
+            return Err(Error::internal(format!("{} imprints at once; there may be {MAX_LINKS}", links.len())));
         }
         for target in &mut *targets {
             target.state.follow(target.object, target.start)?;
@@ -114,9 +114,9 @@ impl DeviceChain {
         let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
         if DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)? {
             // What was bound is bound to the new ones.
-            self.bind(self.blocks.as_ref().map_or([FEW, FEW, slot_count], DeviceBlocks::room))?;
+            self.bind(self.blocks.as_ref().map_or([FIRST_ROOM, FIRST_ROOM, slot_count], DeviceBlocks::room))?;
         }
-        self.enlarge([FEW, FEW, slot_count])?;
+        self.enlarge([FIRST_ROOM, FIRST_ROOM, slot_count])?;
         let words_of_blocks = words.iter().map(Words::block_words).max().unwrap_or_default();
         let (places, place_count) = places(targets, links);
         let around = |(link, words): (&Link, &Words)| {
@@ -284,7 +284,7 @@ impl DeviceChain {
             all_moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);
         }
         let rim_room = told_rims.map(|read| self.rims()?.stages().needed(context, device, read)).transpose()?;
-        self.likely = (kept + kept / 4).max(FEW);
+        self.likely = (kept + kept / 4).max(FIRST_ROOM);
         Ok(Submitted { kept, taken, told, records, moved: all_moved, rim_room })
     }
 }

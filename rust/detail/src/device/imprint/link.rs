@@ -98,10 +98,10 @@ impl Link {
 pub(crate) struct Words(imprint_link::Link);
 
 /// Imprints that are submitted together at most.
-pub(crate) const MOST_LINKS: usize = 64;
+pub(crate) const MAX_LINKS: usize = 64;
 
 /// Triangles of a collider of which no number can change a winding number by more than 16 bits hold.
-pub(super) const MOST_NARROW: u32 = i16::MAX as u32;
+pub(super) const MAX_NARROW: u32 = i16::MAX as u32;
 
 /// No imprint.
 const NONE: u32 = u32::MAX;
@@ -157,7 +157,7 @@ impl Words {
             | flag(mirrored, MIRRORED)
             | flag(ground.started, STARTED)
             | flag(ground.slots.is_some(), CHAINED)
-            | flag(place.triangles.len() <= MOST_NARROW as usize, NARROW)
+            | flag(place.triangles.len() <= MAX_NARROW as usize, NARROW)
             | flag(link.rising.is_some(), RISING);
         let Slots { base, stride } = ground.slots.unwrap_or(Slots { base: 0, stride: 0 });
         Self(imprint_link::Link {

@@ -10,7 +10,7 @@ use relievo_gpu::{Buffer, Device};
 use crate::imprint::collider::Collider;
 
 /// Triangles up to which the kernels' sum of the work cannot wrap round.
-const MOST_TRIANGLES: usize = 1 << 21;
+const MAX_TRIANGLES: usize = 1 << 21;
 
 /// Room is made for so many times what a submission needs at most, for colliders of others.
 const KEPT: usize = 16;
@@ -130,7 +130,7 @@ impl DeviceMeshes {
 fn check(collider: &Collider) -> Result<()> {
     let (points, triangles) = collider.boundary();
     let (points, triangles) = (points.len(), triangles.len());
-    if triangles > MOST_TRIANGLES || points > 3 * MOST_TRIANGLES {
+    if triangles > MAX_TRIANGLES || points > 3 * MAX_TRIANGLES {
         return Err(Error::unsupported(format!(
             "a collider of {triangles} triangles and {points} points is too large for a graphics device"
         ))

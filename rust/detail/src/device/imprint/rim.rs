@@ -18,7 +18,7 @@ use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
 use super::blocks::{DeviceBlocks, Record};
 use super::cull::DeviceCull;
-use super::link::{MOST_LINKS, Words};
+use super::link::{MAX_LINKS, Words};
 use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
 use super::rising::Rising;
 use super::shared::{Shared, parse, step};
@@ -44,11 +44,11 @@ pub(super) struct RimRoom {
 }
 
 /// The room at first.
-const FEW: RimRoom = RimRoom { pieces: 1024, cells: 1024, borders: 16_384 };
+const FIRST_ROOM: RimRoom = RimRoom { pieces: 1024, cells: 1024, borders: 16_384 };
 
 /// Cells that one workgroup joins at most, twice as many as it may have, and blocks that 24 bits number.
-const MOST_CELLS: usize = 1 << 16;
-const MOST_PIECES: usize = 1 << 24;
+const MAX_CELLS: usize = 1 << 16;
+const MAX_PIECES: usize = 1 << 24;
 
 /// Words of a piece and of a cell.
 const PIECE: usize = 792;
@@ -137,8 +137,8 @@ impl RimStages {
     /// Room for rims with so many `places`, and volumes of so many records. Fails where the device has none.
     pub fn new(device: &Device, room: RimRoom, places: usize, records: usize) -> Result<Self> {
         let around = Shared::new(device)?;
-        let rims = Buffer::new(device, "rims", MOST_LINKS)?;
-        let told = Buffer::new(device, "what is told of rims", MOST_LINKS)?;
+        let rims = Buffer::new(device, "rims", MAX_LINKS)?;
+        let told = Buffer::new(device, "what is told of rims", MAX_LINKS)?;
         let listed = Buffer::new(device, "blocks around contacts", room.pieces)?;
         let pieces = Buffer::new(device, "coefficients around contacts", PIECE * room.pieces)?;
         let points = Buffer::new(device, "places around contacts", GROUP as usize * room.pieces)?;
@@ -260,7 +260,7 @@ impl RimStages {
             room.cells *= 4;
         }
         let faulty = room == self.room && told.iter().any(|told| told.faults != 0);
-        if faulty || room.cells > MOST_CELLS || room.pieces > MOST_PIECES {
+        if faulty || room.cells > MAX_CELLS || room.pieces > MAX_PIECES {
             return Err(Error::unsupported("the contact is too large for the width of its rim on a graphics device")
                 .advise("make the rim wider, or use the device `cpu`"));
         }
@@ -349,7 +349,7 @@ impl DeviceRims {
 
 impl Default for RimRoom {
     fn default() -> Self {
-        FEW
+        FIRST_ROOM
     }
 }
 

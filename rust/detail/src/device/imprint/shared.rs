@@ -6,7 +6,7 @@ use relievo_core::{Error, Result};
 use relievo_gpu::wgsl::imprint_link::{Step, Told};
 use relievo_gpu::{Buffer, Device, Frame, Readback};
 
-use super::link::{MOST_LINKS, Words};
+use super::link::{MAX_LINKS, Words};
 
 /// Fails if the voxels are not those of the collider.
 pub(super) fn check(told: &Told) -> Result<()> {
@@ -47,11 +47,11 @@ impl Shared {
     /// Room for as many imprints as there may be. Fails where the device has none.
     pub fn new(device: &Device) -> Result<Self> {
         Ok(Self {
-            links: Buffer::new(device, "imprints", MOST_LINKS)?,
-            told: Buffer::new(device, "what is told of imprints", FIRST + TOLD * MOST_LINKS)?,
-            arguments: Buffer::new(device, "arguments of imprints", ARGUMENTS * MOST_LINKS)?,
-            boxes: Buffer::new(device, "boxes of colliders", MOST_LINKS)?,
-            candidates: Buffer::new(device, "tiles of imprints", CANDIDATES * MOST_LINKS)?,
+            links: Buffer::new(device, "imprints", MAX_LINKS)?,
+            told: Buffer::new(device, "what is told of imprints", FIRST + TOLD * MAX_LINKS)?,
+            arguments: Buffer::new(device, "arguments of imprints", ARGUMENTS * MAX_LINKS)?,
+            boxes: Buffer::new(device, "boxes of colliders", MAX_LINKS)?,
+            candidates: Buffer::new(device, "tiles of imprints", CANDIDATES * MAX_LINKS)?,
         })
     }
 

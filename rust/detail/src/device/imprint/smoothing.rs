@@ -13,7 +13,7 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, Kernel
 use relievo_tiles::{BoundRing, DeviceRing, DeviceTiles, Field, WorkedBlocks};
 
 use super::blocks::DeviceBlocks;
-use super::link::MOST_LINKS;
+use super::link::MAX_LINKS;
 use super::shared::{Shared, step};
 use super::work::Work;
 
@@ -21,8 +21,8 @@ use super::work::Work;
 pub(super) const SLOTS: u32 = 6;
 
 /// Blocks that there are at first, and at most: a dispatch has as many workgroups along a dimension.
-const FEW: usize = 64;
-const MOST: usize = 65_535;
+const FIRST_ROOM: usize = 64;
+const MAX: usize = 65_535;
 
 /// Words of an imprint's arguments, as in `imprint_touch.wgsl`, and where those are of parts of blocks, of rings, of
 /// tiles, and of records.
@@ -140,7 +140,7 @@ impl DeviceSmoothing {
             marks: Buffer::new(device, "what is smoothed", 1)?,
             listed: Buffer::new(device, "imprinted tiles", 1)?,
             changed: Buffer::new(device, "blocks of an imprint", 1)?,
-            stages: Buffer::new(device, "arguments of smoothing", STAGE * MOST_LINKS)?,
+            stages: Buffer::new(device, "arguments of smoothing", STAGE * MAX_LINKS)?,
             counts: Buffer::of(device, "no limit", &[u32::MAX])?,
             capacity: 0,
             words: 0,
@@ -164,12 +164,12 @@ impl DeviceSmoothing {
             self.listed = Buffer::new(device, "imprinted tiles", tiles)?;
         }
         self.words = words;
-        let wanted = wanted.max(FEW);
+        let wanted = wanted.max(FIRST_ROOM);
         if wanted <= self.capacity && self.capacity.saturating_mul(words) <= self.blocks.len() {
             return Ok(false);
         }
-        let capacity = if wanted > self.capacity { (wanted + wanted / 4).min(MOST) } else { self.capacity };
-        let all = capacity.checked_mul(words).filter(|all| wanted <= MOST && u32::try_from(2 * all).is_ok());
+        let capacity = if wanted > self.capacity { (wanted + wanted / 4).min(MAX) } else { self.capacity };
+        let all = capacity.checked_mul(words).filter(|all| wanted <= MAX && u32::try_from(2 * all).is_ok());
         let all = all.ok_or_else(|| Error::memory("imprints change too many tiles to be smoothed on a device"))?;
         self.blocks = Buffer::new(device, "blocks of imprinted tiles", all)?;
         self.marks = Buffer::new(device, "what is smoothed", 2 * all)?;

@@ -15,7 +15,7 @@ use relievo_tiles::triangle::TriangleField;
 
 use super::batches::{Batch, batches, most_voxels};
 use super::blocks::Record;
-use super::link::{Ground, Link, MOST_LINKS, Slots, Words};
+use super::link::{Ground, Link, MAX_LINKS, Slots, Words};
 use super::meshes::DeviceMeshes;
 use super::rim::{Around, RimRoom, RimStages, volumes};
 use super::shared::{Shared, check, parse, step};
@@ -74,7 +74,7 @@ pub(crate) struct TriangleCast {
 }
 
 /// Records that there is room for at first, and that are read back.
-const FEW: usize = 512;
+const FIRST_ROOM: usize = 512;
 
 /// What imprints on triangle meshes have on a device besides the meshes.
 #[derive(Debug)]
@@ -121,12 +121,12 @@ impl TriangleChain {
             device: device.clone(),
             shared: Shared::new(device)?,
             voxels: None,
-            records: Buffer::new(device, "changed values", FEW)?,
+            records: Buffer::new(device, "changed values", FIRST_ROOM)?,
             slots: Buffer::new(device, "values' slots", 1)?,
             smoothing: TriangleSmoothing::new(device)?,
             rims: None,
             rim_room: RimRoom::default(),
-            likely: FEW,
+            likely: FIRST_ROOM,
         })
     }
 
@@ -143,8 +143,8 @@ impl TriangleChain {
         colliders: &[&Collider],
         links: &[Link],
     ) -> Result<Vec<TriangleCast>> {
-        if links.len() > MOST_LINKS {
-            return Err(Error::internal(format!("{} imprints at once; there may be {MOST_LINKS}", links.len())));
+        if links.len() > MAX_LINKS {
+            return Err(Error::internal(format!("{} imprints at once; there may be {MAX_LINKS}", links.len())));
         }
         for (index, target) in targets.iter_mut().enumerate() {
             let press = TrianglePress::follow(target.press, &self.device, target.object, target.start)?;
@@ -270,7 +270,7 @@ impl TriangleChain {
             moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);
         }
         let rim_room = told_rims.map(|read| self.rims()?.needed(context, device, read)).transpose()?;
-        self.likely = (kept + kept / 4).max(FEW);
+        self.likely = (kept + kept / 4).max(FIRST_ROOM);
         Ok(Submitted { kept, taken, told, records, moved, rim_room })
     }
 

@@ -11,12 +11,12 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, Kernel
 use relievo_surface::{DeviceMesh, MESH_GROUP};
 use relievo_tiles::triangle::{DeviceTriangles, TRIANGLES_GROUP};
 
-use super::link::MOST_LINKS;
+use super::link::MAX_LINKS;
 use super::shared::step;
 use crate::channels::knots::BLOCK_KNOTS;
 
 /// Triangles that there is room for at first.
-const FEW: usize = 64;
+const FIRST_ROOM: usize = 64;
 
 /// Words of an imprint's arguments, as in `triangle_imprint_touch.wgsl`, and of a value that is worked on.
 const STAGE: usize = 4;
@@ -113,7 +113,7 @@ impl TriangleSmoothing {
     /// Without room for values. Fails where the device has none.
     pub fn new(device: &Device) -> Result<Self> {
         let worked = Buffer::new(device, "values to smooth", 1)?;
-        let arguments = Buffer::new(device, "arguments of smoothing", STAGE * MOST_LINKS)?;
+        let arguments = Buffer::new(device, "arguments of smoothing", STAGE * MAX_LINKS)?;
         Ok(Self { worked, arguments, capacity: 0 })
     }
 
@@ -130,7 +130,8 @@ impl TriangleSmoothing {
         meshes: impl Iterator<Item = &'a SmoothedMesh>,
     ) -> Result<()> {
         let values = meshes.map(|mesh| mesh.values).max().unwrap_or_default();
-        let capacity = if wanted > self.capacity { (wanted + wanted / 4).max(FEW) } else { self.capacity.max(FEW) };
+        let capacity =
+            if wanted > self.capacity { (wanted + wanted / 4).max(FIRST_ROOM) } else { self.capacity.max(FIRST_ROOM) };
         let words = capacity.checked_mul(WORKED * values).filter(|words| u32::try_from(*words).is_ok());
         let words =
             words.ok_or_else(|| Error::memory("imprints change too many triangles to be smoothed on a device"))?;

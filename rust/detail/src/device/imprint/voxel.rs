@@ -1,7 +1,7 @@
 //! Solid voxels on a graphics device (`shaders/imprint/voxel`), bit by bit those of [`crate::geometry::voxel`]: points of colliders
 //! are put on the lattices of grids, every triangle changes the winding number of the columns it meets at the first voxel
 //! whose centre is not below it, and a voxel is solid where the number is not zero. Meanwhile
-//! 16 bits are held for every voxel, 32 MiB for 2²⁴, or 32 where a collider has more than [`MOST_NARROW`] triangles.
+//! 16 bits are held for every voxel, 32 MiB for 2²⁴, or 32 where a collider has more than [`MAX_NARROW`] triangles.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
 
 use super::batches::Batch;
-use super::link::MOST_NARROW;
+use super::link::MAX_NARROW;
 use super::meshes::DeviceMeshes;
 use super::shared::{Shared, step};
 
@@ -23,7 +23,7 @@ const COUNTED: u32 = 1024;
 
 /// Columns that a ray may pass at most: a loop over them stays below the 65,535 iterations at which some devices stop,
 /// with room for the words of one column.
-const MOST_PASSED: u32 = 60_000;
+const MAX_PASSED: u32 = 60_000;
 
 /// Heights of a column: of its lower end and of its upper end.
 const HEIGHTS: usize = 2;
@@ -35,14 +35,14 @@ pub(super) struct VoxelRoom(pub [usize; 5]);
 impl VoxelRoom {
     /// What a grid needs, and a collider of so many points and triangles in it. Fails for a grid that is too wide.
     pub fn of([points, triangles]: [u32; 2], [nx, ny, nz]: [u32; 3]) -> Result<Self> {
-        if nx + ny > MOST_PASSED {
+        if nx + ny > MAX_PASSED {
             return Err(Error::unsupported(format!(
                 "{nx} × {ny} columns of voxels are too many for a graphics device"
             ))
             .advise("use fewer voxels, or the device `cpu`"));
         }
         let columns = nx as usize * ny as usize;
-        let layers = if triangles <= MOST_NARROW { nz / 2 } else { nz };
+        let layers = if triangles <= MAX_NARROW { nz / 2 } else { nz };
         let turns = columns.saturating_mul(layers as usize + 1 + HEIGHTS);
         let words = columns.saturating_mul(nz.div_ceil(WORD) as usize);
         let ends = columns.saturating_mul(1 + HEIGHTS);
@@ -333,7 +333,7 @@ mod tests {
         assert!(solid > 30_000, "{solid}");
         // Of so many triangles no word holds two numbers.
         let fine = shapes::sphere(0.9, 200, 100, 0.0);
-        assert!(fine.1.len() > MOST_NARROW as usize);
+        assert!(fine.1.len() > MAX_NARROW as usize);
         let grid = Grid::new(&around([0.2, -0.1, 0.3], [0.9, 0.5, 0.7], 0.2), 1 << 15, None);
         assert!(compare(&device, &fine, &grid, turned, Side::Backward, true) > 5_000);
     }

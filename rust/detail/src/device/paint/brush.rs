@@ -17,7 +17,7 @@ use relievo_tiles::{Channel, DeviceRing, DeviceTiles, Field, TILES_GROUP, Texel,
 
 use super::events::{DeviceEvents, DeviceTile, Ended, Returned, WORDS};
 use super::intersect::DeviceIntersection;
-use super::memory::{BlockState, DeviceMemory, MOST_DABS, Tested};
+use super::memory::{BlockState, DeviceMemory, MAX_DABS, Tested};
 use super::smear::{ACCESS, DeviceSmear};
 use super::still::DeviceStill;
 use crate::paint::edit::TileEdit;
@@ -105,7 +105,7 @@ impl<T: DeviceTile> DeviceBrush<T> {
         let memory = DeviceMemory::new(device, tiles, (1, 1), false)?;
         let intersection = DeviceIntersection::new(device, tiles, &memory)?;
         let smear = DeviceSmear::new(device)?;
-        let maps = Buffer::new(device, "how brushes lie", 3 * MOST_DABS)?;
+        let maps = Buffer::new(device, "how brushes lie", 3 * MAX_DABS)?;
         let [carried, picked] = smear.tables();
         let tables = [intersection.tiles(), if T::BENDS { maps.wgpu() } else { carried }, picked];
         let events = DeviceEvents::new(device, kernel, memory, &tables[..1 + more.len()])?;

@@ -13,7 +13,7 @@ use relievo_gpu::{Bindings, Buffer, Device, Frame, Kernel, Pass, PassTime, wgpu}
 use relievo_tiles::triangle::Offset;
 use relievo_tiles::{Rgba8, Rgba16, Texel, Vector};
 
-use super::memory::{BlockState, DeviceMemory, MOST_DABS, Tested, used};
+use super::memory::{BlockState, DeviceMemory, MAX_DABS, Tested, used};
 use crate::paint::stamp::Stamp;
 use crate::paint::weights::BrushParameters;
 
@@ -129,7 +129,7 @@ impl DeviceValue for Rgba16 {
 pub(super) const WORDS: u32 = 1 << 20;
 
 /// Blocks that are read back with an event before it is known how many there are.
-const FEW: u32 = 16;
+const FIRST_READ: u32 = 16;
 
 /// What events on one kind of texels need of a device, beside what they are made on. All of it is kept from event to
 /// event.
@@ -178,7 +178,7 @@ impl DeviceEvents {
         let image = Buffer::new(device, "image of a brush", 1)?;
         let tables: Vec<wgpu::Buffer> = tables.iter().map(|table| (*table).clone()).collect();
         let editing = editing(device, &kernel, &memory, &image, &tables)?;
-        Ok(Self { kernel, memory, editing, tables, stamp: None, image, expected: 0, most: MOST_DABS })
+        Ok(Self { kernel, memory, editing, tables, stamp: None, image, expected: 0, most: MAX_DABS })
     }
 
     /// The memory of blocks.
@@ -227,7 +227,7 @@ impl DeviceEvents {
     /// Notes that of `tried` dabs the first `apart` may be made together. Where dabs turned out to be too close, fewer are
     /// tried next, and then more again.
     pub fn learn(&mut self, tried: usize, apart: usize) {
-        self.most = if apart < tried { apart } else { (2 * self.most).min(MOST_DABS) };
+        self.most = if apart < tried { apart } else { (2 * self.most).min(MAX_DABS) };
     }
 
     /// The bindings of the kernel's group 0.
@@ -259,7 +259,7 @@ impl DeviceEvents {
             let mut pass = frame.pass("dab.edit");
             pass.run_indirect(&self.kernel, &groups, immediates, &memory.header, DeviceMemory::EDIT)?;
         }
-        let few = self.expected.max(FEW).min(memory.capacity());
+        let few = self.expected.max(FIRST_READ).min(memory.capacity());
         let header = frame.read(&memory.header, 0..memory.header.len())?;
         let tested = frame.read(&memory.tested, 0..edits.len())?;
         let states = frame.read(&memory.states, 0..few as usize)?;

@@ -41,7 +41,7 @@ pub(crate) struct Tested {
 }
 
 /// Dabs of an event at most: each has a bit.
-pub(crate) const MOST_DABS: usize = 32;
+pub(crate) const MAX_DABS: usize = 32;
 
 /// The sets that tiles are compacted into.
 const ALLOCATE: usize = 1;
@@ -98,7 +98,7 @@ impl DeviceMemory {
         let free_table = Buffer::new(device, "free blocks", count)?;
         let header = Buffer::new(device, "memory of dabs", size_of::<Memory>() / size_of::<u32>())?;
         let blocks = Buffer::new(device, "blocks of dabs", words)?;
-        let tested = Buffer::new(device, "tested tiles", MOST_DABS)?;
+        let tested = Buffer::new(device, "tested tiles", MAX_DABS)?;
         let bound = [
             compaction.lists().wgpu(),
             compaction.counts().wgpu(),

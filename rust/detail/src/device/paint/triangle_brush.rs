@@ -16,7 +16,7 @@ use relievo_tiles::triangle::{DeviceTriangles, Offset, Pattern, TRIANGLES_GROUP,
 
 use super::events::{DeviceEvents, DeviceTexel, DeviceValue, Ended, Returned, WORDS};
 use super::intersect;
-use super::memory::{BlockState, DeviceMemory, MOST_DABS};
+use super::memory::{BlockState, DeviceMemory, MAX_DABS};
 use super::smear::{ACCESS, DeviceSmear};
 use crate::paint::smudge::Smudge;
 use crate::paint::stamp::Stamp;
@@ -97,7 +97,7 @@ impl TriangleBrush {
         // There are no normals until a mode needs them.
         let smear = DeviceSmear::new(device)?;
         let [carried, picked] = smear.tables();
-        let maps = Buffer::new(device, "how brushes lie", 3 * MOST_DABS)?;
+        let maps = Buffer::new(device, "how brushes lie", 3 * MAX_DABS)?;
         let second = if T::BENDS { maps.wgpu() } else { reaches.wgpu() };
         let normals = [reaches.wgpu(), second];
         let tables = if T::SMEARS { &[reaches.wgpu(), carried, picked][..] } else { &normals };

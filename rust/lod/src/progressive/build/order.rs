@@ -16,11 +16,11 @@ use crate::progressive::mesh::active::{ActiveMesh, Waiting};
 use crate::simplify::decimation::normal;
 
 /// Splits of one task.
-const PART: usize = 64;
+const CHUNK_LEN: usize = 64;
 /// How many times as much as it says a split deviates that is out of order.
 const MORE: f32 = 2.0;
 /// Deviations, in extents of the mesh, that rounding makes.
-const LEAST: f32 = 1e-5;
+const MIN: f32 = 1e-5;
 
 /// A split that is out of order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,15 +55,15 @@ impl ActiveMesh {
 fn find(context: &Context, whole: &Progressive, moves: &Moves) -> Vec<Misplaced> {
     let mut waiting = Waiting::default();
     whole.splits().for_each(|(split, key, _)| waiting.add(key.depth(), split));
-    let least = LEAST / whole.scale();
+    let least = MIN / whole.scale();
     let mut deviations = vec![0.0; whole.vertex_count()];
     let mut found = Vec::new();
     // What a split becomes is less deep.
     for splits in waiting.0 {
         let known = &deviations;
-        let made = context.map(splits.len().div_ceil(PART), |part| {
+        let made = context.map(splits.len().div_ceil(CHUNK_LEN), |part| {
             let mut measuring = Measuring { whole, moves, points: Vec::new(), counts: Vec::new() };
-            let splits = &splits[part * PART..splits.len().min((part + 1) * PART)];
+            let splits = &splits[part * CHUNK_LEN..splits.len().min((part + 1) * CHUNK_LEN)];
             splits.iter().map(|split| measuring.deviation(*split, known)).collect::<Vec<_>>()
         });
         for (split, now) in splits.into_iter().zip(made.into_iter().flatten()) {

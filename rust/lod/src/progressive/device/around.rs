@@ -19,7 +19,7 @@ use crate::progressive::mesh::view::Extents;
 /// a word when they have taken 65,535 turns together.
 const NEIGHBOURS: usize = 4096;
 /// Splits of a depth that one workgroup takes along with other depths, and turns that its invocations take at most.
-const FEW: u32 = 1024;
+const SMALL_SIZE: u32 = 1024;
 const TURNS: u32 = 1 << 15;
 
 /// In `stars`, above the node of a vertex around: its edge to the first vertex of the split is a border; shifted by 1, that
@@ -173,7 +173,7 @@ fn steps(ends: &[u32], rings: &[u32]) -> Vec<Step> {
     for depth in (0..rings.len()).rev() {
         let size = ends[depth + 1] - ends[depth];
         let turns = 1 + size.div_ceil(GROUP) * (rings[depth] + 2);
-        let is_small = size <= FEW && turns <= TURNS;
+        let is_small = size <= SMALL_SIZE && turns <= TURNS;
         match steps.last_mut() {
             Some(step) if is_small && step.splits == 0 && step.turns + turns <= TURNS => {
                 step.depths.count += 1;

@@ -20,7 +20,7 @@ use crate::progressive::build::wedges::WedgeTrees;
 /// In place of a number: none, as in `progressive_directions.wgsl`.
 const NOTHING: u32 = u32::MAX;
 /// Triangles of a vertex at most: a kernel goes round them some five times.
-const MOST: u32 = 4096;
+const MAX: u32 = 4096;
 
 /// What a device has of a progressive mesh for directions: 12 bytes a triangle and 4 a wedge.
 #[derive(Debug)]
@@ -99,9 +99,9 @@ impl LevelDirections {
         [indices, arguments]: [&Buffer<u32>; 2],
         places: &Places,
     ) -> Result<Self> {
-        if directions.most > MOST {
+        if directions.most > MAX {
             let error = format!(
-                "a vertex has {} triangles; where normals or tangents turn on a graphics device it has at most {MOST}",
+                "a vertex has {} triangles; where normals or tangents turn on a graphics device it has at most {MAX}",
                 directions.most
             );
             return Err(Error::unsupported(error).advise("use the processor"));

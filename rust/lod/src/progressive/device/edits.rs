@@ -17,7 +17,7 @@ use super::places::Places;
 use super::records::{Record, Records};
 use super::windows::Windows;
 use crate::progressive::edit::handle::{Edit, Handle, Region};
-use crate::progressive::edit::moves::LEAST_MOVE;
+use crate::progressive::edit::moves::MIN_MOVE;
 
 /// What was edited.
 #[derive(Debug)]
@@ -197,7 +197,7 @@ impl Edits {
         let depths = ends.windows(2).map(|ends| FollowCall {
             first: ends[0],
             count: ends[1] - ends[0],
-            least: LEAST_MOVE / hierarchy.scale,
+            least: MIN_MOVE / hierarchy.scale,
             scale: hierarchy.scale,
         });
         let depths: Vec<_> = if is_finer { depths.collect() } else { depths.rev().collect() };

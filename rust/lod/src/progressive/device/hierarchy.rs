@@ -16,7 +16,7 @@ use crate::progressive::files::packing::Normal;
 use crate::progressive::mesh::view::Extents;
 
 /// Vertices at most: numbers are also given doubled, with four bits above.
-const MOST: usize = 1 << 27;
+const MAX: usize = 1 << 27;
 
 /// A vertex that is drawn: its point, and its normal on an octahedron in two numbers of 16 bits (`octahedron.wgsl`).
 pub type Vertex = [u32; 4];
@@ -55,8 +55,8 @@ impl DeviceHierarchy {
     /// device is lost or has no memory.
     pub fn new(device: &Device, mesh: &Progressive) -> Result<Self> {
         let count = mesh.vertex_count();
-        if count > MOST {
-            return Err(Error::unsupported(format!("a device has progressive meshes of at most {MOST} vertices")));
+        if count > MAX {
+            return Err(Error::unsupported(format!("a device has progressive meshes of at most {MAX} vertices")));
         }
         let vertex = |point: Vec3, normal: Normal| {
             let [x, y, z] = point.to_array().map(f32::to_bits);

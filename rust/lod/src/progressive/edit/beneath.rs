@@ -18,7 +18,7 @@ use crate::progressive::mesh::bitset::BitSet;
 use crate::progressive::mesh::jump::words_of_all;
 
 /// Splits of one task, and splits that memory is asked for at once.
-const PART: usize = 128;
+const CHUNK_LEN: usize = 128;
 const AHEAD: usize = 16;
 
 /// A coarser level of a mesh.
@@ -98,8 +98,8 @@ impl<'a> Beneath<'a> {
             left -= 1;
             let splits = std::mem::take(&mut waiting.0[left]);
             let known = &*moves;
-            let placed = context.map(splits.len().div_ceil(PART), |part| {
-                let splits = &splits[part * PART..splits.len().min((part + 1) * PART)];
+            let placed = context.map(splits.len().div_ceil(CHUNK_LEN), |part| {
+                let splits = &splits[part * CHUNK_LEN..splits.len().min((part + 1) * CHUNK_LEN)];
                 let mut following = Following::new(self.mesh, known);
                 splits.chunks(AHEAD).for_each(|splits| following.follow(splits));
                 following.placed

@@ -20,7 +20,7 @@ use crate::simplify::decimation::normal;
 use crate::simplify::placement::{self, BATCH, Batch, place};
 
 /// Splits of one task.
-const PART: usize = BATCH;
+const CHUNK_LEN: usize = BATCH;
 
 /// What an edit has replaced.
 #[derive(Default)]
@@ -47,9 +47,9 @@ impl Moves {
         reached.iter().for_each(|(node, place)| set(self, *node, *place));
         let claimed = Claimed::new(mesh.whole.vertex_count());
         let mut waiting = Waiting::default();
-        let found = context.map(reached.len().div_ceil(PART), |part| {
+        let found = context.map(reached.len().div_ceil(CHUNK_LEN), |part| {
             let mut found = Vec::new();
-            for index in part * PART..reached.len().min((part + 1) * PART) {
+            for index in part * CHUNK_LEN..reached.len().min((part + 1) * CHUNK_LEN) {
                 claimed.claim(&mesh.whole, reached[index].0, around(index), &mut found);
             }
             found
@@ -60,8 +60,8 @@ impl Moves {
             let mut splits = std::mem::take(&mut waiting.0[depth]);
             splits.sort_unstable();
             let moves = &*self;
-            let merged = context.map(splits.len().div_ceil(PART), |part| {
-                let splits = &splits[part * PART..splits.len().min((part + 1) * PART)];
+            let merged = context.map(splits.len().div_ceil(CHUNK_LEN), |part| {
+                let splits = &splits[part * CHUNK_LEN..splits.len().min((part + 1) * CHUNK_LEN)];
                 let mut merging = Merging::new(context, &mesh.whole, moves, &claimed);
                 splits.chunks(BATCH).for_each(|splits| merging.merge(splits));
                 (merging.merged, merging.found)
@@ -148,7 +148,7 @@ impl<'a> Merging<'a> {
             scale: whole.scale(),
             places: Vec::new(),
             counts: Vec::new(),
-            merged: Vec::with_capacity(PART),
+            merged: Vec::with_capacity(CHUNK_LEN),
             found: Vec::new(),
         }
     }

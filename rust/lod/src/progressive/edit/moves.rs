@@ -14,8 +14,8 @@ use crate::progressive::mesh::sparse::Sparse;
 
 /// How far a vertex has moved at least, in extents of the mesh, and how far its normal has turned, that follows others. An
 /// influence would otherwise go on from neighbour to neighbour, less at every level, to where no one sees it.
-pub const LEAST_MOVE: f32 = 1e-7;
-const LEAST_TURN: f32 = 1e-4;
+pub const MIN_MOVE: f32 = 1e-7;
+const MIN_TURN: f32 = 1e-4;
 
 /// What was edited.
 pub struct Moves {
@@ -71,7 +71,7 @@ pub struct Refining<'a> {
 
 impl<'a> Refining<'a> {
     pub fn new(mesh: &'a ActiveMesh, moves: &'a Moves) -> Self {
-        let least = LEAST_MOVE / mesh.whole.scale();
+        let least = MIN_MOVE / mesh.whole.scale();
         Self { mesh, moves, least, ring: Vec::new(), neighbours: Vec::new(), placed: Vec::new() }
     }
 
@@ -139,7 +139,7 @@ impl<'a> Refining<'a> {
 /// Whether a vertex is not where it was built.
 fn is_elsewhere(built: Place, place: Place, least: f32) -> bool {
     place.point.distance_squared(built.point) > least * least
-        || place.normal.distance_squared(built.normal) > LEAST_TURN * LEAST_TURN
+        || place.normal.distance_squared(built.normal) > MIN_TURN * MIN_TURN
 }
 
 /// What is needed to have splits follow that are made already.
@@ -156,7 +156,7 @@ pub struct Following<'a> {
 
 impl<'a> Following<'a> {
     pub fn new(mesh: &'a ActiveMesh, moves: &'a Moves) -> Self {
-        let least = LEAST_MOVE / mesh.whole.scale();
+        let least = MIN_MOVE / mesh.whole.scale();
         Self { mesh, moves, least, ring: Vec::new(), neighbours: Vec::new(), placed: Vec::new() }
     }
 

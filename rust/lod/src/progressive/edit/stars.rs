@@ -13,7 +13,7 @@ use crate::progressive::build::hierarchy::{Child, Progressive};
 use crate::progressive::mesh::active::{ActiveMesh, Waiting};
 
 /// Splits of one task.
-const PART: usize = 256;
+const CHUNK_LEN: usize = 256;
 /// Numbers ahead of those of vertices and triangles.
 pub const HEAD: usize = 5;
 
@@ -125,9 +125,9 @@ impl Stars {
         let mut waiting = Waiting::default();
         mesh.scan(context, unknown).into_iter().for_each(|(depth, split)| waiting.add(depth, split));
         for splits in waiting.0 {
-            let found = context.map(splits.len().div_ceil(PART), |part| {
+            let found = context.map(splits.len().div_ceil(CHUNK_LEN), |part| {
                 let (mut numbers, mut lengths, mut finding) = (Vec::new(), Vec::new(), Finding::default());
-                for split in &splits[part * PART..splits.len().min((part + 1) * PART)] {
+                for split in &splits[part * CHUNK_LEN..splits.len().min((part + 1) * CHUNK_LEN)] {
                     let before = numbers.len();
                     finding.find(mesh, self, *split, &mut numbers);
                     lengths.push(numbers.len() - before);

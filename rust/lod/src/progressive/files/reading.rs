@@ -145,7 +145,7 @@ impl Reading {
         let counts = &head.counts;
         match (&self.loading, &self.told) {
             (Some(_), _) => self.of_split * self.left.min(CHUNK),
-            (None, None) if head.has_attributes => wedge_columns::MOST,
+            (None, None) if head.has_attributes => wedge_columns::MAX,
             (None, told) => {
                 let more = told.as_ref().map_or(0, |told| told.bytes(told.base, counts.base_faces));
                 4 * (COLUMNS * counts.base_vertices + 4 * counts.base_faces) + more

@@ -18,7 +18,7 @@ use crate::progressive::build::wedges::{WedgeTrees, widths};
 use crate::simplify::attributes::Attributes;
 
 /// Bytes of the chunk of attributes at most.
-pub const MOST: usize = 12 + (Attributes::MOST + FACE_NUMBERS) * (16 + NAME);
+pub const MAX: usize = 12 + (Attributes::MAX + FACE_NUMBERS) * (16 + NAME);
 /// Beside the tag of a split of a vertex: it has one of a wedge; one bit higher, another one.
 pub const HAS_WEDGE: u32 = 64;
 /// Domains by their numbers.
@@ -54,7 +54,7 @@ impl Told {
         let mut from = Decoder(bytes);
         let [wedges, base, count] = [from.u32()?, from.u32()?, from.u32()?].map(|count| count as usize);
         let mut attributes = Vec::new();
-        for _ in 0..count.min(Attributes::MOST + FACE_NUMBERS) {
+        for _ in 0..count.min(Attributes::MAX + FACE_NUMBERS) {
             let domain = DOMAINS.get(from.u32()? as usize).copied();
             let is_whole = from.u32()? != 0;
             let (width, name) = (from.u32()?, from.text()?);
@@ -72,7 +72,7 @@ impl Told {
         let fits = wedges >= base
             && wedges - base <= 2 * splits
             && attributes.len() == count
-            && widths[0] <= Attributes::MOST
+            && widths[0] <= Attributes::MAX
             && widths[1] <= FACE_NUMBERS;
         if !fits {
             return Err(damaged("attributes have numbers that do not fit each other"));

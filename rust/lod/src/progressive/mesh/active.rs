@@ -23,7 +23,7 @@ use crate::progressive::edit::moves::{Moves, Refining};
 use crate::progressive::edit::place::Place;
 
 /// Words of [`BitSet`] whose vertices are looked at by one task.
-const PART: usize = 64;
+const CHUNK_LEN: usize = 64;
 /// Splits that are made by one task.
 const BATCH: usize = 128;
 
@@ -226,8 +226,8 @@ impl ActiveMesh {
     /// What `find` finds among the vertices, in their order. Splits have the numbers of their second vertices.
     pub(crate) fn scan<T: Send>(&self, context: &Context, find: impl Fn(&Self, u32) -> Option<T> + Sync) -> Vec<T> {
         let words = self.there.words();
-        let parts = context.map(words.len().div_ceil(PART), |part| {
-            let words = &words[part * PART..words.len().min((part + 1) * PART)];
+        let parts = context.map(words.len().div_ceil(CHUNK_LEN), |part| {
+            let words = &words[part * CHUNK_LEN..words.len().min((part + 1) * CHUNK_LEN)];
             let vertices = words.iter().flat_map(|word| self.there.numbers(*word));
             vertices.filter_map(|vertex| find(self, vertex)).collect::<Vec<_>>()
         });

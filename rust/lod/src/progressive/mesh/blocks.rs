@@ -8,7 +8,7 @@ use super::active::ActiveMesh;
 /// Numbers of a block.
 const BLOCK: usize = 64;
 /// Blocks of one task.
-const PART: usize = 64;
+const CHUNK_LEN: usize = 64;
 
 /// Boxes of blocks of vertices.
 #[derive(Default)]
@@ -52,8 +52,8 @@ impl ActiveMesh {
             (blocks.stale, blocks.is_stale) = ((0..all as u32).collect(), vec![false; all]);
         }
         let mesh = &*self;
-        let part = |list: &[u32], part: usize| part * PART..list.len().min((part + 1) * PART);
-        let bounds = context.map(blocks.stale.len().div_ceil(PART), |index| {
+        let part = |list: &[u32], part: usize| part * CHUNK_LEN..list.len().min((part + 1) * CHUNK_LEN);
+        let bounds = context.map(blocks.stale.len().div_ceil(CHUNK_LEN), |index| {
             let around = |block: &u32| {
                 let places = range(*block).filter_map(|vertex| Some(mesh.place(vertex, mesh.child(vertex)?).point));
                 places
@@ -70,7 +70,7 @@ impl ActiveMesh {
             .filter(|(_, [low, high])| reaches(*low, *high))
             .map(|(block, _)| block)
             .collect();
-        let found = context.map(near.len().div_ceil(PART), |index| {
+        let found = context.map(near.len().div_ceil(CHUNK_LEN), |index| {
             let vertices = near[part(&near, index)].iter().flat_map(|block| range(*block));
             vertices.filter_map(|vertex| find(mesh, vertex)).collect::<Vec<_>>()
         });

@@ -19,7 +19,7 @@ use crate::progressive::build::hierarchy::Progressive;
 use crate::progressive::build::recording::Key;
 
 /// Words of [`BitSet`] of one task.
-const PART: usize = 256;
+const CHUNK_LEN: usize = 256;
 /// A split that is made or taken back by itself takes the time that this many vertices take, of the meshes before and
 /// after together, where all is done at once.
 const NEAR: usize = 16;
@@ -57,7 +57,7 @@ impl ActiveMesh {
     pub(crate) fn jump(&mut self, context: &Context, there: BitSet) -> [usize; 2] {
         let whole = self.whole.clone();
         let before = std::mem::replace(&mut self.there, there);
-        let parts = before.word_count().div_ceil(PART);
+        let parts = before.word_count().div_ceil(CHUNK_LEN);
         let mesh = &*self;
         let changed = context.map(parts, |part| {
             let mut changed = Changed::default();
@@ -102,7 +102,7 @@ impl ActiveMesh {
         let whole = &*self.whole;
         // Vertices that can still be split further on, with the keys they come from.
         let mut open = Vec::new();
-        let mut at = (64 * (part * PART) as u32).checked_sub(1).and_then(|last| self.there.last_up_to(last));
+        let mut at = (64 * (part * CHUNK_LEN) as u32).checked_sub(1).and_then(|last| self.there.last_up_to(last));
         while let Some(vertex) = at {
             open.push((key_of(whole, vertex), vertex));
             at = split_vertex(whole, vertex);
@@ -136,7 +136,7 @@ impl ActiveMesh {
 
     /// Brings the triangles of the splits of a task up to date, and the lists of its vertices but for corners outside.
     fn jump_triangles(&self, before: &BitSet, part: usize, changed: &mut Changed) {
-        let own = 64 * (part * PART) as u32..64 * ((part + 1) * PART) as u32;
+        let own = 64 * (part * CHUNK_LEN) as u32..64 * ((part + 1) * CHUNK_LEN) as u32;
         for word in words(before, part) {
             let [before, now] = [before.word(word), self.there.word(word)];
             for split in bits(word, before | now) {
@@ -170,13 +170,13 @@ const BASE: Key = Key(u32::MAX);
 
 /// Which splits a cut has, and base vertices, by their bits.
 pub fn words_of_all(context: &Context, whole: &Progressive, cut: Cut) -> Vec<u64> {
-    context.map(whole.splits.len().div_ceil(64 * PART), |part| words_of(whole, cut, part)).concat()
+    context.map(whole.splits.len().div_ceil(64 * CHUNK_LEN), |part| words_of(whole, cut, part)).concat()
 }
 
 /// Which splits of a task a cut has, and base vertices.
 fn words_of(whole: &Progressive, cut: Cut, part: usize) -> Vec<u64> {
-    let all = &whole.splits[64 * PART * part..whole.splits.len().min(64 * PART * (part + 1))];
-    let first = (64 * PART * part) as u32;
+    let all = &whole.splits[64 * CHUNK_LEN * part..whole.splits.len().min(64 * CHUNK_LEN * (part + 1))];
+    let first = (64 * CHUNK_LEN * part) as u32;
     let has = |number: u32, key: Key| u64::from(cut.has(key, number)) << (number % 64);
     let words = (first..).step_by(64).zip(all.chunks(64));
     let mut words: Vec<u64> = words
@@ -192,7 +192,7 @@ fn words_of(whole: &Progressive, cut: Cut, part: usize) -> Vec<u64> {
 
 /// The words of a task.
 fn words(set: &BitSet, part: usize) -> std::ops::Range<u32> {
-    (part * PART) as u32..set.word_count().min((part + 1) * PART) as u32
+    (part * CHUNK_LEN) as u32..set.word_count().min((part + 1) * CHUNK_LEN) as u32
 }
 
 fn is_base(whole: &Progressive, vertex: u32) -> bool {
@@ -265,7 +265,8 @@ mod tests {
                     mesh.walk(&context, true, false);
                     mesh.cut = to;
                 }
-                let words = (0..jumped.there.word_count().div_ceil(PART)).flat_map(|part| words_of(&built, to, part));
+                let words =
+                    (0..jumped.there.word_count().div_ceil(CHUNK_LEN)).flat_map(|part| words_of(&built, to, part));
                 let there = BitSet::of_words(words.collect());
                 assert_eq!(jumped.jump(&context, there), walked.walk(&context, true, true));
                 assert_eq!(jumped.vertex_count(), walked.vertex_count());

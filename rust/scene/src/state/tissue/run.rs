@@ -27,7 +27,7 @@ const EXTENSION: &str = "rtstate";
 /// Unbalanced forces at rest, as a share of the largest force.
 const TOLERANCE: f32 = 1e-3;
 /// Steps to rest at most.
-const MOST: u64 = 20_000;
+const MAX: u64 = 20_000;
 
 /// Tissue on its way through the frames of a scene.
 #[derive(Debug)]
@@ -231,9 +231,9 @@ impl Tissue {
             self.simulation.set_state(State { displacements: rest.clone(), velocities: rest, ..State::default() })?;
             if self.relaxes {
                 let _stage = context.stats().begin("tissue.relax");
-                let relaxation = self.simulation.relax(context, TOLERANCE, MOST, &mut Silent)?;
+                let relaxation = self.simulation.relax(context, TOLERANCE, MAX, &mut Silent)?;
                 if !relaxation.is_at_rest {
-                    self.notes.push(format!("tissue `{}`: it is not at rest after {MOST} steps", self.name));
+                    self.notes.push(format!("tissue `{}`: it is not at rest after {MAX} steps", self.name));
                 }
             }
             self.frame = Some(0);
