@@ -114,7 +114,7 @@ fn is_block(slot: u32) -> bool {
     return slot != 0u && slot != NO_ROOM;
 }
 
-struct Told {
+struct JobCounters {
     // Blocks that were found, whether or not there was room for them.
     found: atomic<u32>,
     // Rays that were held at the border of the grid.
@@ -133,7 +133,7 @@ struct AllTold {
     // Blocks that are kept, and those of tiles that were worked on, whether or not there was room for them.
     kept: atomic<u32>,
     @size(12) taken: atomic<u32>,
-    links: array<Told>,
+    links: array<JobCounters>,
 }
 
 // Which imprint this is, or the first of several that are taken together, and how many these are or, of those of one

@@ -8,7 +8,7 @@ mod paint;
 mod state;
 
 pub(crate) use imprint::chain::DeviceChain;
-pub(crate) use imprint::link::{Link, MAX_LINKS};
+pub(crate) use imprint::job::{ImprintJob, MAX_JOBS};
 pub(crate) use imprint::meshes::DeviceMeshes;
 pub(crate) use imprint::triangle_imprint::{PressedValues, TriangleCast, TriangleChain, TriangleTarget};
 pub(crate) use imprint::triangle_press::TrianglePress;

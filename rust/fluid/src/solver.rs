@@ -36,7 +36,7 @@ use crate::solver::pace::{Pace, within};
 use crate::solver::pairs::Rows;
 use crate::solver::particles::{Batch, ParticleChannel, Particles};
 use crate::solver::pcisph::Excess;
-use crate::solver::prepare::{Begin, Found, prepare};
+use crate::solver::prepare::{Begin, Neighborhood, prepare};
 use crate::solver::tension::Tension;
 use crate::solver::transport::Transport;
 use crate::state::State;
@@ -80,7 +80,7 @@ pub struct Fluid {
     slowed: Vec<Vec4>,
     accelerations: Vec<Vec4>,
     normals: Vec<Vec4>,
-    found: Vec<Found>,
+    found: Vec<Neighborhood>,
     cells: Cells,
     near: Neighbours,
     near_walls: Neighbours,
@@ -475,7 +475,7 @@ impl Fluid {
         let copies = self.domain.ghosts();
         self.near.find(context, places, (all, &self.cells), support, true, copies)?;
         self.near_walls.find(context, places, (&self.wall.places, &self.wall.cells), support, false, copies)?;
-        self.found.resize(count, Found::default());
+        self.found.resize(count, Neighborhood::default());
         self.accelerations.resize(count, Vec4::ZERO);
         let begin = Begin {
             constants: self.constants,

@@ -16,7 +16,7 @@ use crate::border::array::text;
 use crate::border::descriptor::{check_optional, read_optional, write_optional};
 use crate::border::registry;
 use crate::details::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_TRACES, RlvDetail, missing};
-use crate::details::view::{Layers, TileView, TriangleView, View};
+use crate::details::view::{TileView, TriangleView, View, ViewKind};
 use crate::runtime::context::{HostProgress, RLV_PROGRESS_CONTINUE, RlvProgress};
 
 constants! {
@@ -201,14 +201,14 @@ fn run(
 ) -> Result<RlvBakeReport> {
     let meaning = request.meaning()?;
     let (done, scaling): (BakeReport, Scaling) = match &view.layers {
-        Layers::Tiles(tiles) => {
+        ViewKind::Tiles(tiles) => {
             let quantity = request.quantity(tiles)?;
             let scaling = scaling(meaning, &|| quantity.largest())?;
             let limit = Surface::face_varying(context, &view.cage, &request.uv, &tiles.options)?;
             let each = |map| each(map, meaning, &scaling);
             (bake_watched(context, &limit, &quantity, &request.options, progress, each)?, scaling)
         }
-        Layers::Triangles(triangles) => {
+        ViewKind::Triangles(triangles) => {
             let quantity = request.of_triangles(triangles)?;
             let scaling = scaling(meaning, &|| quantity.largest())?;
             let each = |map| each(map, meaning, &scaling);

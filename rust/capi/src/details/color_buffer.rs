@@ -12,7 +12,7 @@ use crate::border::array::{Output, present, put};
 use crate::border::descriptor::{check_optional, write_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::details::detail::{DetailObject, RLV_CHANNEL_COLOR, RLV_COLOR_RGBA8, RLV_COLOR_RGBA16F, RlvDetail, missing};
-use crate::details::view::{Layers, View};
+use crate::details::view::{View, ViewKind};
 use crate::runtime::buffer::{Objects, objects, settle};
 use crate::surfaces::shape::only_cages;
 
@@ -74,7 +74,7 @@ type Seen<'a> = ByFormat<&'a Field<Rgba8>, &'a Field<Rgba16>>;
 
 /// The colours of `view`; fails without colours that a device has in tiles.
 fn colors_of(view: &View) -> Result<Seen<'_>> {
-    let Layers::Tiles(tiles) = &view.layers else { return Err(only_cages("colours in tiles on a device")) };
+    let ViewKind::Tiles(tiles) = &view.layers else { return Err(only_cages("colours in tiles on a device")) };
     match &tiles.paint {
         Some(ByFormat::Rgba8(paint)) => Ok(ByFormat::Rgba8(paint.field())),
         Some(ByFormat::Rgba16(paint)) => Ok(ByFormat::Rgba16(paint.field())),

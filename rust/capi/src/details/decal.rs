@@ -24,7 +24,7 @@ use crate::details::detail::{
     DetailObject, RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_VECTORS, RlvDetail,
 };
 use crate::details::layer::RLV_BLEND_NORMAL;
-use crate::details::view::Layers;
+use crate::details::view::ViewKind;
 use crate::runtime::context::{ContextObject, HostProgress, RlvProgress};
 use crate::surfaces::mesh::{self, MeshObject, RlvMesh};
 
@@ -316,11 +316,11 @@ impl Triangles {
 fn tessellate(context: &Context, detail: &DetailObject, cells: u32) -> Result<Triangles> {
     let view = detail.view();
     match &view.layers {
-        Layers::Tiles(tiles) => {
+        ViewKind::Tiles(tiles) => {
             let rates = uniform_rates(tiles.surface.topology(), cells);
             Ok(Triangles::Cage(tiles.displaced()?.tessellate(context, &view.cage, &rates)?))
         }
-        Layers::Triangles(mesh) => {
+        ViewKind::Triangles(mesh) => {
             let (displaced, rates) = (mesh.displaced()?, |face| mesh.rates(face));
             Ok(Triangles::Mesh(TriangleTessellation::new(context, &displaced, &mesh.normals, &view.cage, rates)?))
         }

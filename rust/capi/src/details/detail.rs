@@ -20,7 +20,7 @@ use crate::border::array::{Input, Output, present, put, text};
 use crate::border::descriptor::{check_descriptor, read_optional, write_descriptor};
 use crate::border::registry::{self, handle, try_lock};
 use crate::border::work::Held;
-use crate::details::view::{CHANNELS, ChannelState, Layers, View};
+use crate::details::view::{CHANNELS, ChannelState, View, ViewKind};
 use crate::runtime::context::{ContextObject, RLV_LOG_WARNING};
 use crate::surfaces::shape::{Shape, only_cages};
 use crate::surfaces::surface::{Pose, RlvSurface};
@@ -249,7 +249,7 @@ impl Editor {
     fn commit(&mut self, context: &Context, before: &View) -> Result<Arc<View>> {
         let cage = before.cage.clone();
         match (&mut self.object, &before.layers) {
-            (AnyObject::Tiles(object), Layers::Tiles(tiles)) => {
+            (AnyObject::Tiles(object), ViewKind::Tiles(tiles)) => {
                 let view = View::of_tiles(object, cage, tiles.options, self.pose, self.views.take());
                 self.views.watch(&view);
                 Ok(view)
@@ -788,9 +788,9 @@ fn bring_rings<T: Texel>(context: &Context, channel: Option<&mut Channel<T>>, ch
 /// Tells the host that tiles could not be had.
 pub fn log_refusal(detail: &DetailObject, refused: &[u32], budget: u64) {
     let mut faces = match &detail.view().layers {
-        Layers::Tiles(it) => refusal::faces(it.surface.topology(), refused),
+        ViewKind::Tiles(it) => refusal::faces(it.surface.topology(), refused),
         // What triangle meshes keep is counted by faces.
-        Layers::Triangles(_) => refused.to_vec(),
+        ViewKind::Triangles(_) => refused.to_vec(),
     };
     faces.sort_unstable();
     faces.dedup();

@@ -10,7 +10,7 @@ use crate::border::array::{fixed, present, put, text};
 use crate::border::descriptor::{read_descriptor, write_descriptor};
 use crate::border::registry;
 use crate::details::detail::{RlvDetail, log_refusal};
-use crate::details::view::Layers;
+use crate::details::view::ViewKind;
 
 constants! {
     u32:
@@ -131,8 +131,8 @@ entry! {
             }
         };
         let default = match registry::get(detail)?.view().layers {
-            Layers::Tiles(_) => 128,
-            Layers::Triangles(_) => 16,
+            ViewKind::Tiles(_) => 128,
+            ViewKind::Triangles(_) => 16,
         };
         let size = if options.tile_size == 0 { default } else { options.tile_size };
         let mut id = 0;

@@ -26,7 +26,7 @@ pub const CHANNELS: usize = 4;
 
 /// A detail as it was committed last. It never changes while somebody looks at it.
 pub struct View {
-    pub layers: Layers,
+    pub layers: ViewKind,
     /// The mesh the surface was made from, with its attributes.
     pub cage: Arc<Mesh>,
     /// When edits were made, in seconds.
@@ -43,7 +43,7 @@ pub struct View {
 }
 
 /// What was committed of every channel.
-pub enum Layers {
+pub enum ViewKind {
     Tiles(TileView),
     Triangles(TriangleView),
 }
@@ -391,8 +391,8 @@ impl View {
     /// The surface in the committed pose.
     pub fn shape(&self) -> Shape {
         match &self.layers {
-            Layers::Tiles(view) => Shape::Tiles(view.surface.clone()),
-            Layers::Triangles(view) => Shape::Triangles(view.surface.clone()),
+            ViewKind::Tiles(view) => Shape::Tiles(view.surface.clone()),
+            ViewKind::Triangles(view) => Shape::Triangles(view.surface.clone()),
         }
     }
 
@@ -402,22 +402,22 @@ impl View {
     /// Fails with `Unsupported`, naming `what` they are wanted for, on a triangle mesh.
     pub fn tiles(&self, what: &str) -> Result<&TileView> {
         match &self.layers {
-            Layers::Tiles(view) => Ok(view),
-            Layers::Triangles(_) => Err(only_cages(what)),
+            ViewKind::Tiles(view) => Ok(view),
+            ViewKind::Triangles(_) => Err(only_cages(what)),
         }
     }
 
     pub fn has_paint(&self) -> bool {
         match &self.layers {
-            Layers::Tiles(view) => view.paint.is_some(),
-            Layers::Triangles(view) => view.paint.is_some(),
+            ViewKind::Tiles(view) => view.paint.is_some(),
+            ViewKind::Triangles(view) => view.paint.is_some(),
         }
     }
 
     pub fn has_traces(&self) -> bool {
         match &self.layers {
-            Layers::Tiles(view) => view.traces.is_some(),
-            Layers::Triangles(view) => view.traces.is_some(),
+            ViewKind::Tiles(view) => view.traces.is_some(),
+            ViewKind::Triangles(view) => view.traces.is_some(),
         }
     }
 
@@ -430,11 +430,11 @@ impl View {
             channel.as_ref().map_or(0, |channel| channel.revision())
         }
         match &self.layers {
-            Layers::Tiles(it) => {
+            ViewKind::Tiles(it) => {
                 let paint = it.paint.as_ref().map_or(0, |paint| by_format!(paint, it => it.revision()));
                 it.snapshot.revision() + paint + tiles(&it.vectors) + tiles(&it.traces)
             }
-            Layers::Triangles(it) => {
+            ViewKind::Triangles(it) => {
                 let paint = it.paint.as_ref().map_or(0, |paint| by_format!(paint, it => it.revision()));
                 it.snapshot.revision() + paint + faces(&it.vectors) + faces(&it.traces)
             }
@@ -450,7 +450,7 @@ impl View {
     pub fn tile(&self, channel: u32, tile: u32, wanted: bool) -> Result<TileState> {
         self.shape().check_tile(tile)?;
         let state = match &self.layers {
-            Layers::Tiles(it) => match channel {
+            ViewKind::Tiles(it) => match channel {
                 RLV_CHANNEL_DISPLACEMENT => Some(TileState::of(it.snapshot.field(), tile, wanted)?),
                 RLV_CHANNEL_COLOR => match &it.paint {
                     Some(paint) => Some(by_format!(paint, it => TileState::of(it.field(), tile, wanted))?),
@@ -464,7 +464,7 @@ impl View {
                 }
                 _ => None,
             },
-            Layers::Triangles(it) => match channel {
+            ViewKind::Triangles(it) => match channel {
                 RLV_CHANNEL_DISPLACEMENT => Some(TileState::of_face(it.snapshot.field(), tile)),
                 RLV_CHANNEL_COLOR => {
                     it.paint.as_ref().map(|paint| by_format!(paint, it => TileState::of_face(it.field(), tile)))
@@ -475,7 +475,7 @@ impl View {
             },
         };
         match (state, &self.layers) {
-            (Some(_), Layers::Triangles(_)) if wanted => {
+            (Some(_), ViewKind::Triangles(_)) if wanted => {
                 Err(Error::unsupported("faces of triangle meshes have no blocks of their own")
                     .advise("keep the edits in a document"))
             }
@@ -504,16 +504,18 @@ impl View {
             return Err(missing(channel));
         }
         Ok(match (&self.layers, channel) {
-            (Layers::Tiles(it), RLV_CHANNEL_COLOR) => it.paint.as_ref().map(|paint| by_format!(paint, it => tiles(it))),
-            (Layers::Tiles(it), RLV_CHANNEL_VECTORS) => it.vectors.as_ref().map(tiles),
-            (Layers::Tiles(it), RLV_CHANNEL_TRACES) => it.traces.as_ref().map(tiles),
-            (Layers::Tiles(it), _) => Some(tiles(&it.snapshot)),
-            (Layers::Triangles(it), RLV_CHANNEL_COLOR) => {
+            (ViewKind::Tiles(it), RLV_CHANNEL_COLOR) => {
+                it.paint.as_ref().map(|paint| by_format!(paint, it => tiles(it)))
+            }
+            (ViewKind::Tiles(it), RLV_CHANNEL_VECTORS) => it.vectors.as_ref().map(tiles),
+            (ViewKind::Tiles(it), RLV_CHANNEL_TRACES) => it.traces.as_ref().map(tiles),
+            (ViewKind::Tiles(it), _) => Some(tiles(&it.snapshot)),
+            (ViewKind::Triangles(it), RLV_CHANNEL_COLOR) => {
                 it.paint.as_ref().map(|paint| by_format!(paint, it => faces(it)))
             }
-            (Layers::Triangles(it), RLV_CHANNEL_VECTORS) => it.vectors.as_ref().map(faces),
-            (Layers::Triangles(it), RLV_CHANNEL_TRACES) => it.traces.as_ref().map(faces),
-            (Layers::Triangles(it), _) => Some(faces(&it.snapshot)),
+            (ViewKind::Triangles(it), RLV_CHANNEL_VECTORS) => it.vectors.as_ref().map(faces),
+            (ViewKind::Triangles(it), RLV_CHANNEL_TRACES) => it.traces.as_ref().map(faces),
+            (ViewKind::Triangles(it), _) => Some(faces(&it.snapshot)),
         })
     }
 
@@ -523,11 +525,11 @@ impl View {
     /// Fails only as [`TileView::displaced`] or [`TriangleView::displaced`] does.
     pub fn bounds(&self, tiles: &[u32]) -> Result<Option<([f32; 3], [f32; 3])>> {
         Ok(match &self.layers {
-            Layers::Tiles(view) => {
+            ViewKind::Tiles(view) => {
                 let displaced = view.displaced()?;
                 tiles.iter().map(|tile| displaced.tile_bounds(*tile)).reduce(union)
             }
-            Layers::Triangles(view) => {
+            ViewKind::Triangles(view) => {
                 let displaced = view.displaced()?;
                 tiles.iter().map(|face| view.bounds(&displaced, *face)).reduce(union)
             }
@@ -540,8 +542,8 @@ impl View {
     /// Fails only as [`Displaced::folds`] does; triangle meshes do not fail.
     pub fn folds(&self, context: &Context) -> Result<Folds> {
         match &self.layers {
-            Layers::Tiles(view) => view.displaced()?.folds(context),
-            Layers::Triangles(view) => Ok(view.displaced()?.folds(context)),
+            ViewKind::Tiles(view) => view.displaced()?.folds(context),
+            ViewKind::Triangles(view) => Ok(view.displaced()?.folds(context)),
         }
     }
 
@@ -558,8 +560,8 @@ impl View {
         out: &mut Looked,
     ) -> Result<()> {
         match &self.layers {
-            Layers::Tiles(view) => view.look(context, places, footprints, wanted, out),
-            Layers::Triangles(view) => view.look(context, places, wanted, out),
+            ViewKind::Tiles(view) => view.look(context, places, footprints, wanted, out),
+            ViewKind::Triangles(view) => view.look(context, places, wanted, out),
         }
     }
 
@@ -599,7 +601,7 @@ impl View {
         changed.dedup();
         let surface = object.surface().clone();
         let made = Self {
-            layers: Layers::Tiles(TileView { surface, options, snapshot, paint, vectors, traces }),
+            layers: ViewKind::Tiles(TileView { surface, options, snapshot, paint, vectors, traces }),
             cage,
             time: object.time(),
             changed,
@@ -618,7 +620,7 @@ impl View {
 
     /// Shares what `live` has instead of what it had: of a view that nobody looks at.
     pub fn let_go(&mut self, live: &Self) {
-        if let (Layers::Tiles(old), Layers::Tiles(new)) = (&mut self.layers, &live.layers) {
+        if let (ViewKind::Tiles(old), ViewKind::Tiles(new)) = (&mut self.layers, &live.layers) {
             old.clone_from(new);
         }
     }
@@ -652,7 +654,7 @@ impl View {
             Some(Shape::Triangles(surface)) => surface,
             _ => Arc::new(object.surface().clone()),
         };
-        let layers = Layers::Triangles(TriangleView {
+        let layers = ViewKind::Triangles(TriangleView {
             surface,
             snapshot,
             paint,

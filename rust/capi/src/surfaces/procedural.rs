@@ -14,7 +14,7 @@ use crate::border::descriptor::{read_descriptor, read_optional, write_descriptor
 use crate::border::making::Making;
 use crate::border::registry::{self, handle};
 use crate::details::detail::{RLV_CHANNEL_COLOR, RlvDetail, missing};
-use crate::details::view::{Layers, Looked, TileView, TriangleView, View, Wanted};
+use crate::details::view::{Looked, TileView, TriangleView, View, ViewKind, Wanted};
 use crate::runtime::context::ContextObject;
 use crate::surfaces::shape::SLACK;
 
@@ -168,10 +168,10 @@ impl ProceduralObject {
         let executor = &context.context;
         let made =
             executor.stats().time("procedural", || match (&begin.layers, end.as_ref().map(|end| &end.layers)) {
-                (Layers::Tiles(begin), None) => of_tiles(executor, begin, None, cells),
-                (Layers::Tiles(begin), Some(Layers::Tiles(end))) => of_tiles(executor, begin, Some(end), cells),
-                (Layers::Triangles(begin), None) => of_triangles(executor, begin, None, cells),
-                (Layers::Triangles(begin), Some(Layers::Triangles(end))) => {
+                (ViewKind::Tiles(begin), None) => of_tiles(executor, begin, None, cells),
+                (ViewKind::Tiles(begin), Some(ViewKind::Tiles(end))) => of_tiles(executor, begin, Some(end), cells),
+                (ViewKind::Triangles(begin), None) => of_triangles(executor, begin, None, cells),
+                (ViewKind::Triangles(begin), Some(ViewKind::Triangles(end))) => {
                     of_triangles(executor, begin, Some(end), cells)
                 }
                 _ => Err(other_cage()),
@@ -465,7 +465,7 @@ entry! {
         if colors.is_some() && !(object.begin.has_paint() && object.end.as_ref().is_none_or(|end| end.has_paint())) {
             return Err(missing(RLV_CHANNEL_COLOR).at("colors"));
         }
-        let most = if matches!(object.begin.layers, Layers::Triangles(_)) { 1.0 + SLACK } else { 2.0 };
+        let most = if matches!(object.begin.layers, ViewKind::Triangles(_)) { 1.0 + SLACK } else { 2.0 };
         for (index, (primitive, uv)) in primitives.iter().zip(uvs.iter()).enumerate() {
             let known = object.made.tiles().len();
             if primitive as usize >= known {

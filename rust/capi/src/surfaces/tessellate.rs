@@ -15,7 +15,7 @@ use crate::border::array::{Output, present, put};
 use crate::border::descriptor::{check_descriptor, read_optional, write_descriptor};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::details::detail::{DetailObject, RlvDetail};
-use crate::details::view::{Layers, TileView, TriangleView, View};
+use crate::details::view::{TileView, TriangleView, View, ViewKind};
 use crate::runtime::context::ContextObject;
 use crate::surfaces::mesh::{self, RlvMesh};
 use crate::surfaces::shape::Shape;
@@ -200,8 +200,8 @@ pub fn tessellate_bare_view(
 ) -> Result<Tessellation> {
     let cage = Mesh { attributes: Vec::new(), ..(*view.cage).clone() };
     match &view.layers {
-        Layers::Tiles(it) => tessellate(context, &it.displaced()?, &cage, &cells.of_view(it), progress),
-        Layers::Triangles(it) => Ok(plain(triangles_of(context, it, &cage, progress)?.1)),
+        ViewKind::Tiles(it) => tessellate(context, &it.displaced()?, &cage, &cells.of_view(it), progress),
+        ViewKind::Triangles(it) => Ok(plain(triangles_of(context, it, &cage, progress)?.1)),
     }
 }
 
@@ -381,7 +381,7 @@ impl Follower {
     fn new(context: &Context, view: &View, cells: Cells, progress: &mut dyn Progress) -> Result<Self> {
         let cage = &view.cage;
         match &view.layers {
-            Layers::Tiles(it) => {
+            ViewKind::Tiles(it) => {
                 let rates = cells.of_view(it);
                 check_memory(context, &rates)?;
                 context.stats().time("tessellate", || {
@@ -392,7 +392,7 @@ impl Follower {
                     Ok(Self::Tiles { rates, tessellator, made })
                 })
             }
-            Layers::Triangles(it) => {
+            ViewKind::Triangles(it) => {
                 let (rates, mut made) = triangles_of(context, it, cage, progress)?;
                 coat_triangles(view, it, &mut made)?;
                 Ok(Self::Triangles { rates, made })
@@ -435,7 +435,7 @@ impl Follower {
         let posed = view.pose != before.pose;
         let (was, aged) = (before.time, view.time != before.time);
         match (self, &view.layers, &before.layers) {
-            (Self::Tiles { rates, tessellator, made }, Layers::Tiles(it), Layers::Tiles(before)) => {
+            (Self::Tiles { rates, tessellator, made }, ViewKind::Tiles(it), ViewKind::Tiles(before)) => {
                 let topology = it.surface.topology();
                 let mut room = context.scratch().lend::<Changes>();
                 let Changes { tiles: changed, seen } = &mut *room;
@@ -474,7 +474,7 @@ impl Follower {
                 }
                 Ok(true)
             }
-            (Self::Triangles { rates, made }, Layers::Triangles(it), Layers::Triangles(before)) => {
+            (Self::Triangles { rates, made }, ViewKind::Triangles(it), ViewKind::Triangles(before)) => {
                 let faces = it.surface.topology().face_count();
                 if context.map(faces, |face| it.rates(face as u32)) != *rates {
                     return Ok(false);

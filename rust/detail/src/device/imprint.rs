@@ -8,7 +8,7 @@ mod batches;
 mod blocks;
 pub(crate) mod chain;
 pub(crate) mod cull;
-pub(crate) mod link;
+pub(crate) mod job;
 pub(crate) mod meshes;
 mod moved;
 mod rim;
@@ -29,7 +29,7 @@ use relievo_gpu::Device;
 use relievo_tiles::Field;
 
 use super::imprint::chain::DeviceChain;
-use super::imprint::link::Link;
+use super::imprint::job::ImprintJob;
 use super::imprint::meshes::DeviceMeshes;
 use super::imprint::stages::Target;
 use super::imprint::triangle_imprint::TriangleChain;
@@ -65,7 +65,7 @@ pub(crate) trait Imprinted: Imprintable + Pressed + OnDevice {
     fn prepare(&mut self, context: &Context) -> Result<()>;
 
     /// Whether imprints of the given settings are for its device, together with others. Colliders that are too far from a
-    /// grid are besides, see [`Link::new`].
+    /// grid are besides, see [`ImprintJob::new`].
     fn is_for_row(&self, settings: &ImprintSettings) -> bool;
 
     /// The device that a state is on.
@@ -92,7 +92,7 @@ pub(crate) trait Imprinted: Imprintable + Pressed + OnDevice {
         progress: &mut dyn Progress,
     ) -> Result<Vec<Report>>;
 
-    /// Makes `links` on the device of some objects, of which the states are given.
+    /// Makes `jobs` on the device of some objects, of which the states are given.
     fn cast(
         context: &Context,
         imprinter: &mut Imprinter,
@@ -100,7 +100,7 @@ pub(crate) trait Imprinted: Imprintable + Pressed + OnDevice {
         objects: Vec<(&mut Self::Device, &Self)>,
         start: Option<&Self::Field>,
         colliders: &[&Collider],
-        links: &[Link],
+        jobs: &[ImprintJob],
     ) -> Result<Vec<Self::Cast>>;
 
     /// What is known of it before a submission is written.
@@ -133,7 +133,7 @@ pub(crate) struct Standing<'a> {
 }
 
 /// Whether imprints of the given settings on `object` are for its device: those of tiles that are culled. Colliders that
-/// are too far from a grid are besides, see [`Link::new`].
+/// are too far from a grid are besides, see [`ImprintJob::new`].
 pub(crate) fn is_for_device(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
     object.device.is_some() && settings.culling != 0 && settings.share > 0.0
 }
@@ -155,7 +155,7 @@ struct Ready {
 #[derive(Debug, Default)]
 pub(crate) struct Batch {
     all: Vec<Ready>,
-    links: Vec<Link>,
+    jobs: Vec<ImprintJob>,
     worked: bool,
 }
 
@@ -178,8 +178,10 @@ impl Batch {
     ) -> Result<bool> {
         let grid = context.stats().time("imprint.obb", || grid_over(context, object, collider, settings, moment))?;
         if let Some(grid) = &grid {
-            let Some(link) = Link::new(context, target, collider, grid, &settings.limits()) else { return Ok(false) };
-            self.links.push(link.smoothed(settings).raising(settings).worked(self.worked));
+            let Some(job) = ImprintJob::new(context, target, collider, grid, &settings.limits()) else {
+                return Ok(false);
+            };
+            self.jobs.push(job.smoothed(settings).raising(settings).worked(self.worked));
         }
         let most = outwards(object.reach()[1], settings);
         let open_edges = collider.open_edges() as u64;
@@ -209,7 +211,7 @@ impl Imprinter {
         batch: &Batch,
         reports: &mut Vec<Report>,
     ) -> Result<bool> {
-        let casts = self.cast_together(context, objects, start, colliders, &batch.links);
+        let casts = self.cast_together(context, objects, start, colliders, &batch.jobs);
         let Some(casts) = casts else { return Ok(false) };
         let first = reports.len();
         let uneven = self.take_up(context, objects, batch, casts, reports)?;
@@ -224,7 +226,7 @@ impl Imprinter {
         Ok(uneven)
     }
 
-    /// Makes `links` on the device of `objects`, those with one that is the first one's; `None` where it fails, which an
+    /// Makes `jobs` on the device of `objects`, those with one that is the first one's; `None` where it fails, which an
     /// object then tells.
     pub(crate) fn cast_together<O: Imprinted>(
         &mut self,
@@ -232,18 +234,18 @@ impl Imprinter {
         objects: &mut [&mut O],
         start: Option<&O::Field>,
         colliders: &[&Collider],
-        links: &[Link],
+        jobs: &[ImprintJob],
     ) -> Option<Vec<O::Cast>> {
-        if links.is_empty() {
+        if jobs.is_empty() {
             return Some(Vec::new());
         }
         let _stage = context.stats().begin("imprint.device");
         // Objects that none meets are left alone.
-        let mut met: Vec<usize> = links.iter().map(|link| link.target).collect();
+        let mut met: Vec<usize> = jobs.iter().map(|job| job.target).collect();
         met.sort_unstable();
         met.dedup();
-        let links = links.iter().map(|link| link.of_target(met.partition_point(|index| *index < link.target)));
-        let links: Vec<Link> = links.collect();
+        let jobs = jobs.iter().map(|job| job.of_target(met.partition_point(|index| *index < job.target)));
+        let jobs: Vec<ImprintJob> = jobs.collect();
         let mut states: Vec<_> = met.iter().map(|index| objects[*index].device_slot().take()).collect();
         let device = states.iter().flatten().next().map(|state| O::device_of(state).clone())?;
         let there = &*objects;
@@ -252,7 +254,7 @@ impl Imprinter {
             Ok((state.ok_or_else(|| Error::unsupported("objects on several devices at once"))?, &*there[*index]))
         });
         let made = each.collect::<Result<Vec<_>>>();
-        let made = made.and_then(|each| O::cast(context, self, &device, each, start, colliders, &links));
+        let made = made.and_then(|each| O::cast(context, self, &device, each, start, colliders, &jobs));
         // What has no room there, or is too far, is for the processor; the device goes on with the rest.
         let lost = match &made {
             Ok(_) => false,
@@ -264,7 +266,7 @@ impl Imprinter {
         match made {
             Ok(casts) => Some(casts),
             // Several are tried one by one before anything is told.
-            Err(_) if !lost && links.len() > 1 => None,
+            Err(_) if !lost && jobs.len() > 1 => None,
             Err(fault) => {
                 objects[met[0]].fault_slot().get_or_insert(fault);
                 None
@@ -320,8 +322,8 @@ impl Imprinter {
         if !is_for_device(object, settings) {
             return None;
         }
-        let link = Link::new(context, 0, collider, grid, &settings.limits())?.raising(settings);
-        self.cast_together(context, &mut [object], start, &[collider], &[link])?.pop()
+        let job = ImprintJob::new(context, 0, collider, grid, &settings.limits())?.raising(settings);
+        self.cast_together(context, &mut [object], start, &[collider], &[job])?.pop()
     }
 
     /// What imprints share on a device, and the meshes of colliders there.
@@ -408,11 +410,11 @@ impl Imprinted for DisplacedObject {
         objects: Vec<(&mut DeviceObject, &Self)>,
         start: Option<&Field>,
         colliders: &[&Collider],
-        links: &[Link],
+        jobs: &[ImprintJob],
     ) -> Result<Vec<Cast>> {
         let mut targets: Vec<_> = objects.into_iter().map(|(state, object)| Target { state, object, start }).collect();
         let (chain, meshes) = imprinter.chain_on(device)?;
-        chain.run(context, meshes, &mut targets, colliders, links)
+        chain.run(context, meshes, &mut targets, colliders, jobs)
     }
 
     fn known(&self) {}
@@ -442,8 +444,8 @@ impl Imprinted for DisplacedObject {
                 continue;
             }
             let Some(mut state) = object.device.take() else { continue };
-            let stays = |link: usize, tile: u32| {
-                made.get(link).is_some_and(|(target, tiles)| *target == index && tiles.binary_search(&tile).is_ok())
+            let stays = |job: usize, tile: u32| {
+                made.get(job).is_some_and(|(target, tiles)| *target == index && tiles.binary_search(&tile).is_ok())
             };
             match chain.write(&mut state, object.displacement().field(), stays) {
                 Ok(()) => object.device = Some(state),

@@ -4,7 +4,7 @@
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Progress, Result};
 
-use crate::device::{Batch, Imprinted, MAX_LINKS};
+use crate::device::{Batch, Imprinted, MAX_JOBS};
 use crate::imprint::Imprinter;
 use crate::imprint::collider::Collider;
 use crate::imprint::motion::Motion;
@@ -215,7 +215,7 @@ impl Imprinter {
         }
         let count = row.len();
         let mut reports = Vec::with_capacity(count);
-        let (mut asked, mut most, mut worked) = (0, MAX_LINKS, false);
+        let (mut asked, mut most, mut worked) = (0, MAX_JOBS, false);
         while reports.len() < count {
             let done = reports.len();
             let fits = |index: &usize| {
@@ -256,7 +256,7 @@ impl Imprinter {
             // What ends a submission early is soon met again: the next ones are shorter, or have the ring update between.
             worked |= uneven;
             if !uneven {
-                most = if made < wanted { made } else { (2 * most).min(MAX_LINKS) };
+                most = if made < wanted { made } else { (2 * most).min(MAX_JOBS) };
             }
         }
         Ok(reports)

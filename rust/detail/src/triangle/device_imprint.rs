@@ -13,7 +13,7 @@ use super::object::TriangleObject;
 use super::site::{Element, ElementEdit, values};
 use super::traces;
 use crate::device::{
-    DeviceMeshes, Imprinted, Link, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget,
+    DeviceMeshes, ImprintJob, Imprinted, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget,
 };
 use crate::geometry::grid::Grid;
 use crate::imprint::collider::Collider;
@@ -36,9 +36,9 @@ impl Imprinter {
         if !is_for_device(object, settings) {
             return None;
         }
-        let link = Link::new(context, 0, collider, grid, &settings.limits())?.raising(settings);
+        let job = ImprintJob::new(context, 0, collider, grid, &settings.limits())?.raising(settings);
         let known = object.known();
-        let casts = self.cast_together(context, &mut [object], start, &[collider], &[link]);
+        let casts = self.cast_together(context, &mut [object], start, &[collider], &[job]);
         casts?.pop().map(|cast| (cast, known))
     }
 
@@ -54,7 +54,7 @@ impl Imprinter {
 }
 
 /// Whether imprints of the given settings on `object` are for its device. Colliders that are too far from a grid are besides,
-/// see [`Link::new`].
+/// see [`ImprintJob::new`].
 fn is_for_device(object: &TriangleObject, settings: &ImprintSettings) -> bool {
     object.device.is_some() && settings.share > 0.0
 }
@@ -122,7 +122,7 @@ impl Imprinted for TriangleObject {
         objects: Vec<(&mut TriangleDevice, &Self)>,
         start: Option<&TriangleField>,
         colliders: &[&Collider],
-        links: &[Link],
+        jobs: &[ImprintJob],
     ) -> Result<Vec<TriangleCast>> {
         let targets = objects.into_iter().map(|(state, object)| {
             let (press, mesh) = state.pressing();
@@ -130,7 +130,7 @@ impl Imprinted for TriangleObject {
         });
         let mut targets: Vec<_> = targets.collect();
         let (chain, meshes) = imprinter.triangle_chain_on(device)?;
-        chain.run(context, meshes, &mut targets, colliders, links)
+        chain.run(context, meshes, &mut targets, colliders, jobs)
     }
 
     fn known(&self) -> Known {

@@ -11,7 +11,7 @@ use relievo_core::{Context, dispatch_simd};
 use crate::solver::constants::{Constants, KernelLanes};
 use crate::solver::neighbours::{CHUNK_LEN, Neighbours};
 use crate::solver::pairs::{Rows, Vectors, around};
-use crate::solver::prepare::Found;
+use crate::solver::prepare::Neighborhood;
 
 /// The share of an excess of density that a correction takes away if no neighbour changes its pressure. All do, so a lattice
 /// is corrected by up to 2.4 times as much; beyond 2 in all, corrections would grow.
@@ -22,7 +22,7 @@ pub struct Correction<'a> {
     pub constants: Constants,
     pub near: &'a Neighbours,
     pub walls: &'a Neighbours,
-    pub found: &'a [Found],
+    pub found: &'a [Neighborhood],
     /// Velocities after all accelerations but those by pressure, and pressures that have worked on them.
     pub velocities: &'a [Vec4],
     /// s
@@ -79,7 +79,7 @@ pub fn tally<const KINDS: usize>(
     std::array::from_fn(|kind| parts.iter().fold(Excess::default(), |all, (_, part)| all.and(part[kind])))
 }
 
-/// What a pressure grows by for each kg/m³ that the density is too high by, times [`Found::diagonal`].
+/// What a pressure grows by for each kg/m³ that the density is too high by, times [`Neighborhood::diagonal`].
 pub fn stiffness(correction: &Correction) -> f32 {
     let Correction { constants, step, .. } = correction;
     RELAXATION * (constants.density / step) * (constants.density / step)

@@ -17,7 +17,7 @@ pub struct Begin<'a> {
 
 /// What the pass finds of a particle.
 #[derive(Clone, Copy, Default)]
-pub struct Found {
+pub struct Neighborhood {
     /// kg/m³
     pub density: f32,
     /// By which a particle's density follows its pressure: Σ |m ∇W|² + |Σ m ∇W|², over walls too, with the kernel of
@@ -33,7 +33,7 @@ pub fn prepare(
     context: &Context,
     begin: &Begin,
     [near, walls]: [&mut Neighbours; 2],
-    found: &mut [Found],
+    found: &mut [Neighborhood],
     accelerations: &mut [Vec4],
 ) {
     let lists = near.parts_mut().iter_mut().zip(walls.parts_mut());
@@ -49,7 +49,7 @@ fn prepare_body<A: Lanes>(
     begin: &Begin,
     first: usize,
     [near, walls]: [&mut Part; 2],
-    found: &mut [Found],
+    found: &mut [Neighborhood],
     accelerations: &mut [Vec4],
 ) {
     let Constants { kernels, mass, density, wall, viscosity, friction, cohesion, .. } = begin.constants;
@@ -104,7 +104,7 @@ dispatch_simd! {
         begin: &Begin,
         first: usize,
         lists: [&mut Part; 2],
-        found: &mut [Found],
+        found: &mut [Neighborhood],
         accelerations: &mut [Vec4],
     )
 }

@@ -12,7 +12,7 @@ use crate::solver::constants::{Constants, KernelLanes};
 use crate::solver::domain::Domain;
 use crate::solver::neighbours::{CHUNK_LEN, Neighbours};
 use crate::solver::pairs::{Vectors, around};
-use crate::solver::prepare::Found;
+use crate::solver::prepare::Neighborhood;
 
 /// What tension follows from.
 pub struct Tension<'a> {
@@ -21,7 +21,7 @@ pub struct Tension<'a> {
     pub places: &'a [Vec4],
     /// With the slopes of this step.
     pub near: &'a Neighbours,
-    pub found: &'a [Found],
+    pub found: &'a [Neighborhood],
 }
 
 /// Adds the accelerations by tension. `normals` are filled with those of all particles: the slope of how much fluid is around

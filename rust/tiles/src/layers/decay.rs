@@ -24,7 +24,7 @@ use crate::quads::field::Field;
 use crate::quads::ring::Change;
 use crate::store::blocks::Blocks;
 use crate::store::heap::{Heap, SizeClass};
-use crate::store::pages::{Entry, Pages};
+use crate::store::pages::{CowBlocks, Entry};
 use crate::store::stored::StoredTexel;
 use crate::texel::Texel;
 
@@ -76,7 +76,7 @@ pub struct Decay<T> {
     options: DecayOptions,
     heap: Heap,
     /// Of every tile the texels and then the stamps; its version says how old it is, see [`age`].
-    pages: Pages<Entry<u32>>,
+    pages: CowBlocks<Entry<u32>>,
     texel: PhantomData<T>,
     /// Tiles whose stamps changed since they were last asked for.
     changed: Vec<u32>,
@@ -100,7 +100,7 @@ impl<T: Texel> Decay<T> {
     pub fn new(tiles: usize, options: DecayOptions, budget: u64) -> Result<Self> {
         options.check()?;
         let heap = Heap::new(size_of::<T>() + size_of::<f32>(), budget);
-        let (pages, fader) = (Pages::new(tiles), Fader::default());
+        let (pages, fader) = (CowBlocks::new(tiles), Fader::default());
         Ok(Self { options, heap, pages, texel: PhantomData, changed: Vec::new(), fader })
     }
 
@@ -434,7 +434,7 @@ impl<T: StoredTexel> Decay<T> {
 /// The stamps of a channel at one moment, with the texels they belong to.
 #[derive(Clone, Debug)]
 pub struct StampBlocks<T> {
-    pages: Pages<Entry<u32>>,
+    pages: CowBlocks<Entry<u32>>,
     field: Field<T>,
     blank: Vec<u8>,
 }

@@ -13,7 +13,7 @@ use relievo_surface::{Link, Place, TileTopology};
 use crate::quads::frame::Frames;
 use crate::quads::spline::{self, Jet};
 use crate::store::heap::{BlockId, SizeClass};
-use crate::store::pages::{Page, Pages};
+use crate::store::pages::{CowBlocks, Page};
 use crate::store::slot::{Pager, Slot};
 use crate::store::spare::Spare;
 use crate::texel::{Texel, Vector};
@@ -36,7 +36,7 @@ pub struct Field<T = f16> {
     classes: Arc<[SizeClass]>,
     /// The sizes that faces were given, where an edit of another level changed `classes`.
     given: Arc<[SizeClass]>,
-    pages: Pages<Entry<T>>,
+    pages: CowBlocks<Entry<T>>,
     blank: T,
     /// By tile, see [`Self::uneven`]; empty where no tile is uneven.
     uneven: Arc<[u8]>,
@@ -76,7 +76,7 @@ impl<T> Field<T> {
 impl<T: Texel> Field<T> {
     /// A field without blocks, where `classes` says the size of every tile and `blank` what it reads as.
     pub(crate) fn new(topology: Arc<TileTopology>, classes: Vec<SizeClass>, blank: T) -> Self {
-        let pages = Pages::new(topology.tile_count());
+        let pages = CowBlocks::new(topology.tile_count());
         let classes: Arc<[SizeClass]> = classes.into();
         let given = classes.clone();
         let (uneven, spare) = (Arc::default(), Arc::default());

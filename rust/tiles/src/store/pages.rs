@@ -21,9 +21,9 @@ pub(crate) type Page<E> = [Option<E>; PAGE];
 
 /// What elements have, where they have it: their blocks.
 #[derive(Clone, Debug)]
-pub(crate) struct Pages<E>(Vec<Option<Arc<Page<E>>>>);
+pub(crate) struct CowBlocks<E>(Vec<Option<Arc<Page<E>>>>);
 
-impl<E> Pages<E> {
+impl<E> CowBlocks<E> {
     /// Has nothing for any element. What nobody else has either is given to `entry`, then the empty pages to `page`.
     pub fn let_go(&mut self, mut entry: impl FnMut(E), mut page: impl FnMut(Arc<Page<E>>)) {
         for mut own in self.0.iter_mut().filter_map(Option::take) {
@@ -38,7 +38,7 @@ impl<E> Pages<E> {
     }
 }
 
-impl<E: Clone> Pages<E> {
+impl<E: Clone> CowBlocks<E> {
     /// Nothing for `count` elements.
     pub fn new(count: usize) -> Self {
         Self(vec![None; count.div_ceil(PAGE)])
@@ -86,7 +86,7 @@ impl<E: Clone> Pages<E> {
 
     /// The elements on pages that are not shared with `other`, ascending: only they can differ.
     pub fn unshared(&self, other: &Self) -> impl Iterator<Item = u32> {
-        fn page<E>(pages: &Pages<E>, index: usize) -> Option<&Arc<Page<E>>> {
+        fn page<E>(pages: &CowBlocks<E>, index: usize) -> Option<&Arc<Page<E>>> {
             pages.0.get(index)?.as_ref()
         }
         let count = self.0.len().max(other.0.len());

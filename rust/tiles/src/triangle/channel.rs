@@ -23,7 +23,7 @@ use super::expendable::Expendable;
 use super::field::{Entry, TriangleClass, TriangleField};
 use super::pattern::Pattern;
 use crate::store::heap::{Class, Heap};
-use crate::store::pages::Pages;
+use crate::store::pages::CowBlocks;
 use crate::store::paging::{Paged, Paging};
 use crate::texel::{ColorTexel, Texel};
 
@@ -215,7 +215,7 @@ impl<T: Texel> TriangleChannel<T> {
     }
 }
 
-fn check<T: Texel>(list: &[(u32, Vec<T>)], pages: &Pages<Entry<T>>, count: usize, kind: &str) -> Result<()> {
+fn check<T: Texel>(list: &[(u32, Vec<T>)], pages: &CowBlocks<Entry<T>>, count: usize, kind: &str) -> Result<()> {
     let place = |element: u32| format!("{kind} {element}");
     if let Some(pair) = list.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
         return Err(Error::invalid("it is listed twice or out of order").at(place(pair[1].0)));

@@ -33,9 +33,9 @@ use crate::texel::Texel;
 /// When a value was edited, in seconds; [`PERMANENT`] where it does not fade.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Stamp(pub f32);
+pub struct EditTime(pub f32);
 
-impl Stamp {
+impl EditTime {
     const NONE: Self = Self(PERMANENT);
 
     fn is_none(self) -> bool {
@@ -44,7 +44,7 @@ impl Stamp {
 }
 
 /// As a value it is a share and the time times that, so that means of it are those of the times that there are.
-impl Texel for Stamp {
+impl Texel for EditTime {
     type Value = DVec3;
     type Difference = Self;
 
@@ -71,7 +71,7 @@ pub struct TriangleDecay<T> {
     options: DecayOptions,
     /// The values as they were edited.
     edited: TriangleChannel<T>,
-    stamps: TriangleChannel<Stamp>,
+    stamps: TriangleChannel<EditTime>,
     /// Of the faces that hold nothing but what fades, a number that grows with the newest stamp.
     ages: BTreeMap<u32, u64>,
     /// Blocks that were put back one by one, around which some may be missing.
@@ -80,7 +80,7 @@ pub struct TriangleDecay<T> {
 }
 
 /// Values of an element, the values that it was edited to, and their stamps.
-type Stamped<T> = (Element, Vec<T>, Vec<T>, Vec<Stamp>);
+type Stamped<T> = (Element, Vec<T>, Vec<T>, Vec<EditTime>);
 
 /// The elements of a mesh that have values.
 #[derive(Clone, Copy, Debug)]
@@ -194,13 +194,13 @@ impl<T: StoredTexel> TriangleDecay<T> {
     pub fn new(field: &TriangleField<T>, options: DecayOptions, budget: u64) -> Result<Self> {
         options.check()?;
         // They have the same blocks, so that both are full at once.
-        let values = budget / (size_of::<T>() + size_of::<Stamp>()) as u64;
+        let values = budget / (size_of::<T>() + size_of::<EditTime>()) as u64;
         let sizes = |bytes: usize| TriangleOptions {
             segments: field.pattern().segments(),
             budget: values.saturating_mul(bytes as u64),
         };
         let edited = TriangleChannel::blank(field.topology().clone(), field.blank(), &sizes(size_of::<T>()))?;
-        let stamps = TriangleChannel::blank(field.topology().clone(), Stamp::NONE, &sizes(size_of::<Stamp>()))?;
+        let stamps = TriangleChannel::blank(field.topology().clone(), EditTime::NONE, &sizes(size_of::<EditTime>()))?;
         Ok(Self { options, edited, stamps, ages: BTreeMap::new(), torn: Vec::new(), fader: Fader::default() })
     }
 
@@ -225,7 +225,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
     }
 
     /// The stamps as they are.
-    pub fn stamps(&self) -> &TriangleField<Stamp> {
+    pub fn stamps(&self) -> &TriangleField<EditTime> {
         self.stamps.field()
     }
 
@@ -309,7 +309,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
         }
         let edges = topology.edges_of(face).map(TriangleBlock::Edge);
         let mut newest = f32::NEG_INFINITY;
-        let mut take = |value: T, stamp: Stamp| {
+        let mut take = |value: T, stamp: EditTime| {
             if !stamp.is_none() {
                 newest = newest.max(stamp.0);
             }
@@ -385,7 +385,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
             }
             for (at, (new, old)) in new.iter().zip(&old).enumerate() {
                 if !new.same(*old) {
-                    (values[at], times[at]) = (*new, Stamp(time as f32));
+                    (values[at], times[at]) = (*new, EditTime(time as f32));
                 } else if times[at].is_none() && !matches!(element, Element::Vertex(_)) {
                     // For what a finer pattern finds between it and what is stamped.
                     values[at] = *new;
@@ -396,7 +396,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
                 && new.iter().all(|value| value.same(blank))
                 && bare(vertex)
             {
-                (values, times) = (new, vec![Stamp::NONE]);
+                (values, times) = (new, vec![EditTime::NONE]);
             }
             Some((element, values, times))
         });
@@ -426,7 +426,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
         }
         let (edited, stamps, options) = (self.edited.field(), self.stamps.field(), self.options);
         let topology = stamps.topology();
-        let fades = |stamp: &Stamp| !stamp.is_none() && options.share(stamp.0, time) < 1.0;
+        let fades = |stamp: &EditTime| !stamp.is_none() && options.share(stamp.0, time) < 1.0;
         let blocks = context.map(elements.len(), |index| {
             let block = elements[index].block(topology)?;
             let (from, times) = (elements[index].held(edited)?, elements[index].held(stamps)?);
@@ -442,7 +442,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
             _ => None,
         });
         let vertices: Vec<u32> = vertices.collect();
-        let times: Vec<Stamp> = vertices.iter().map(|vertex| stamps.vertex(*vertex)).collect();
+        let times: Vec<EditTime> = vertices.iter().map(|vertex| stamps.vertex(*vertex)).collect();
         if times.iter().any(fades) {
             let from: Vec<T> = vertices.iter().map(|vertex| edited.vertex(*vertex)).collect();
             let words = words(&from, bytemuck::cast_slice(&times));
@@ -466,7 +466,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
         let faded = context.map(elements.len(), |index| {
             let element = elements[index];
             let times = element.held(stamps)?;
-            let share = |stamp: Stamp| if stamp.is_none() { 1.0 } else { options.share(stamp.0, time) };
+            let share = |stamp: EditTime| if stamp.is_none() { 1.0 } else { options.share(stamp.0, time) };
             if times.iter().all(|stamp| share(*stamp) >= 1.0) {
                 return None;
             }
@@ -507,7 +507,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
         for (_, _, from, times) in &mut faded {
             for (from, stamp) in from.iter_mut().zip(times) {
                 if !stamp.is_none() && self.options.share(stamp.0, time) <= 0.0 {
-                    (*stamp, *from) = (Stamp::NONE, blank);
+                    (*stamp, *from) = (EditTime::NONE, blank);
                 }
             }
         }
@@ -606,7 +606,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
     /// allow it.
     #[inline(never)]
     pub fn write(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()> {
-        let each = size_of::<T>() + size_of::<Stamp>();
+        let each = size_of::<T>() + size_of::<EditTime>();
         if let Some(bytes) = bytes.filter(|bytes| bytes.len() % each != 0) {
             let what = format!("stamps of {} bytes cannot be put back", bytes.len());
             return Err(Error::invalid(what).at(format!("block {block}")));
@@ -678,12 +678,12 @@ impl<T: StoredTexel> TriangleDecay<T> {
 #[derive(Clone, Debug)]
 pub struct TriangleStamps<T> {
     edited: TriangleField<T>,
-    stamps: TriangleField<Stamp>,
+    stamps: TriangleField<EditTime>,
     blank: Vec<u8>,
 }
 
 /// All values of a block and then all stamps, if it holds a stamp.
-fn stamped_bytes<T: Texel>(edited: &TriangleField<T>, stamps: &TriangleField<Stamp>, block: u32) -> Option<Vec<u8>> {
+fn stamped_bytes<T: Texel>(edited: &TriangleField<T>, stamps: &TriangleField<EditTime>, block: u32) -> Option<Vec<u8>> {
     let block = TriangleBlock::of(stamps.topology(), block)?;
     let stamps = stamps.held(block)?;
     let values = match block {
@@ -692,7 +692,7 @@ fn stamped_bytes<T: Texel>(edited: &TriangleField<T>, stamps: &TriangleField<Sta
         TriangleBlock::Vertices(chunk) => edited.chunk(chunk),
     };
     let values = values.filter(|values| values.len() == stamps.len())?;
-    Some([bytemuck::cast_slice::<T, u8>(values), bytemuck::cast_slice::<Stamp, u8>(stamps)].concat())
+    Some([bytemuck::cast_slice::<T, u8>(values), bytemuck::cast_slice::<EditTime, u8>(stamps)].concat())
 }
 
 impl<T: StoredTexel> Blocks for TriangleStamps<T> {

@@ -21,7 +21,7 @@ use relievo_surface::{TriangleSide, TriangleTopology};
 use super::block::TriangleBlock;
 use super::pattern::{Node, Pattern, Slot};
 use crate::store::heap::{BlockId, Class};
-use crate::store::pages::Pages;
+use crate::store::pages::CowBlocks;
 use crate::store::slot::{self, Pager};
 use crate::texel::Texel;
 
@@ -60,7 +60,7 @@ pub(crate) struct Entry<T> {
     pub version: u64,
 }
 
-type Blocks<T> = Pages<Entry<T>>;
+type Blocks<T> = CowBlocks<Entry<T>>;
 
 /// Vertices that share a page.
 pub(crate) const CHUNK: usize = 256;
@@ -86,8 +86,8 @@ impl<T: Texel> TriangleField<T> {
             |start: usize| if start + CHUNK <= count { whole.clone() } else { vec![blank; count - start].into() };
         Self {
             vertices: (0..count).step_by(CHUNK).map(chunk).collect(),
-            edges: Pages::new(topology.edge_count()),
-            faces: Pages::new(topology.face_count()),
+            edges: CowBlocks::new(topology.edge_count()),
+            faces: CowBlocks::new(topology.face_count()),
             pager: None,
             topology,
             pattern,

@@ -19,7 +19,7 @@ use super::pattern::{Node, Pattern, Slot};
 use super::piece::FaceRates;
 use super::vectors::Offset;
 use crate::store::heap::BlockId;
-use crate::store::pages::Pages;
+use crate::store::pages::CowBlocks;
 use crate::store::slot;
 
 /// The share of a segment from which on a displacement counts in full.
@@ -175,7 +175,7 @@ impl TriangleNormals {
     }
 }
 
-fn set(pages: &mut Pages<Entry<Offset>>, element: u32, face: bool, values: Option<(Pattern, Vec<Offset>)>) {
+fn set(pages: &mut CowBlocks<Entry<Offset>>, element: u32, face: bool, values: Option<(Pattern, Vec<Offset>)>) {
     if values.is_none() && pages.entry(element).is_none() {
         return;
     }

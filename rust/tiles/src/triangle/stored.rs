@@ -15,7 +15,7 @@ use super::channel::{TriangleChannel, TriangleOptions};
 use super::field::{CHUNK, Entry, TriangleField};
 use super::pattern::Pattern;
 use crate::store::blocks::Blocks;
-use crate::store::pages::Pages;
+use crate::store::pages::CowBlocks;
 use crate::store::stored::StoredTexel;
 use crate::texel::Texel;
 
@@ -25,8 +25,8 @@ const BATCH: usize = 256;
 /// The elements whose blocks differ, to the bit, ascending. Those of `related` channels are equal where their versions
 /// are.
 fn differing<'a, T: Texel>(
-    a: &'a Pages<Entry<T>>,
-    b: &'a Pages<Entry<T>>,
+    a: &'a CowBlocks<Entry<T>>,
+    b: &'a CowBlocks<Entry<T>>,
     related: bool,
 ) -> impl Iterator<Item = u32> + 'a {
     a.unshared(b).filter(move |element| match (a.entry(*element), b.entry(*element)) {

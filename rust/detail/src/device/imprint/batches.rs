@@ -6,7 +6,7 @@ use std::ops::Range;
 use relievo_core::Result;
 use relievo_gpu::Device;
 
-use super::link::Words;
+use super::job::JobParams;
 use super::voxel::VoxelRoom;
 
 /// Points and triangles that are on the lattices of several imprints at once, and words of winding numbers, unless one
@@ -17,7 +17,7 @@ const MAX_VOXELS: usize = 5 << 24;
 /// Imprints whose winding numbers are there at once.
 #[derive(Clone, Debug)]
 pub(super) struct Wave {
-    pub links: Range<usize>,
+    pub jobs: Range<usize>,
     /// The largest number of columns.
     pub columns: u32,
     /// Winding numbers.
@@ -27,13 +27,13 @@ pub(super) struct Wave {
 /// Imprints that are voxelised together, and whose voxels are there at once.
 #[derive(Clone, Debug)]
 pub(crate) struct Batch {
-    pub links: Range<usize>,
+    pub jobs: Range<usize>,
     /// The largest numbers of points and of triangles.
     pub most: [u32; 2],
     /// Room that they need.
     pub room: VoxelRoom,
     pub waves: Vec<Wave>,
-    /// The first imprint of every row: the next of the same object follow it by `Link.next`, up to one that raises
+    /// The first imprint of every row: the next of the same object follow it by `ImprintJob.next`, up to one that raises
     /// something, which is a row of its own, as is every imprint of an object whose tiles are worked on.
     pub rows: Vec<usize>,
 }
@@ -41,7 +41,7 @@ pub(crate) struct Batch {
 impl Batch {
     /// Of no imprint so far, from `index` on.
     fn from(index: usize) -> Self {
-        Self { links: index..index, most: [0; 2], room: VoxelRoom::default(), waves: Vec::new(), rows: Vec::new() }
+        Self { jobs: index..index, most: [0; 2], room: VoxelRoom::default(), waves: Vec::new(), rows: Vec::new() }
     }
 }
 
@@ -54,7 +54,7 @@ pub(super) fn most_voxels(device: &Device) -> usize {
 /// Says where the points, the work and the voxels of every imprint lie, and which is the next one of the same target, of
 /// which `targets` tells for every imprint. There are no more winding numbers, and no more words of voxels, at once than
 /// `most_voxels`, unless one imprint alone has more. Fails for a grid that is too wide.
-pub(super) fn batches(words: &mut [Words], targets: &[usize], most_voxels: usize) -> Result<Vec<Batch>> {
+pub(super) fn batches(words: &mut [JobParams], targets: &[usize], most_voxels: usize) -> Result<Vec<Batch>> {
     let mut batches: Vec<Batch> = Vec::new();
     for index in 0..words.len() {
         let it = &mut words[index];
@@ -75,22 +75,22 @@ pub(super) fn batches(words: &mut [Words], targets: &[usize], most_voxels: usize
         let wave = match batch.waves.last_mut().filter(|wave| wave.turns + turns <= most_voxels) {
             Some(wave) => wave,
             None => {
-                batch.waves.push(Wave { links: index..index, columns: 0, turns: 0 });
+                batch.waves.push(Wave { jobs: index..index, columns: 0, turns: 0 });
                 let last = batch.waves.len() - 1;
                 &mut batch.waves[last]
             }
         };
         let VoxelRoom([corner, work, _, column, word]) = batch.room;
-        it.lie_at([corner, work, wave.turns, column, word], wave.links.start);
+        it.lie_at([corner, work, wave.turns, column, word], wave.jobs.start);
         batch.most = [0, 1].map(|k| batch.most[k].max(mesh[k]));
         let [nx, ny, _] = it.dims();
         wave.columns = wave.columns.max(nx * ny);
-        wave.links.end = index + 1;
+        wave.jobs.end = index + 1;
         wave.turns += turns;
         batch.room =
             batch.room.and(VoxelRoom([points, items, 0, columns, bits])).or(VoxelRoom([0, 0, wave.turns, 0, 0]));
-        batch.links.end = index + 1;
-        match (batch.links.start..index).rev().find(|before| targets[*before] == targets[index]) {
+        batch.jobs.end = index + 1;
+        match (batch.jobs.start..index).rev().find(|before| targets[*before] == targets[index]) {
             Some(before) if words[before].is_for_row() && words[index].is_for_row() => words[before].go_on_with(index),
             _ => batch.rows.push(index),
         }

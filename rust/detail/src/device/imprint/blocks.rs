@@ -34,7 +34,7 @@ pub(super) struct Record {
 }
 
 impl Record {
-    pub fn link(&self) -> u32 {
+    pub fn job(&self) -> u32 {
         self.block >> 16
     }
 
@@ -93,9 +93,9 @@ impl DeviceBlocks {
         let listed = Buffer::new(device, "listed blocks", room)?;
         let records = Buffer::new(device, "changed blocks", records)?;
         let slots = Buffer::new(device, "blocks' slots", slots)?;
-        let Shared { links, told, arguments, .. } = shared;
+        let Shared { jobs, told, arguments, .. } = shared;
         let listing = Self::list_into(device, shared, &slots, &listed)?;
-        let from = [links.wgpu(), listed.wgpu(), arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
+        let from = [jobs.wgpu(), listed.wgpu(), arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
         let to = [slots.wgpu(), told.wgpu(), records.wgpu(), worked.wgpu()];
         let casting = device.bind(&kernels[0], 0, &[&from[..], &to[..]].concat())?;
         Ok(Self { kernels, casting, listing, listed, records, slots, writing })
@@ -123,8 +123,8 @@ impl DeviceBlocks {
         slots: &Buffer<u32>,
         listed: &Buffer<[u32; 4]>,
     ) -> Result<[Bindings; 2]> {
-        let Shared { links, told, arguments, boxes, candidates } = shared;
-        let known = [links.wgpu(), slots.wgpu(), boxes.wgpu()];
+        let Shared { jobs, told, arguments, boxes, candidates } = shared;
+        let known = [jobs.wgpu(), slots.wgpu(), boxes.wgpu()];
         let meeting = device.bind_as(&MEETING, &[&known[..], &[candidates.wgpu()]].concat())?;
         let bound = [listed.wgpu(), told.wgpu(), arguments.wgpu(), candidates.wgpu()];
         Ok([meeting, device.bind_as(&LISTING, &[&known[..], &bound[..]].concat())?])
@@ -146,7 +146,7 @@ impl DeviceBlocks {
         frame.clear(&self.slots);
     }
 
-    /// Records the rays of the blocks that were listed for the row that begins with `link`, and that those which changed
+    /// Records the rays of the blocks that were listed for the row that begins with `job`, and that those which changed
     /// are kept: of the displacement there is, and that from which the depth limit counts.
     pub fn cast(
         &self,
@@ -154,13 +154,13 @@ impl DeviceBlocks {
         shared: &Shared,
         surface: &DeviceSurface,
         (moved, start): (&Moved, &DeviceTiles),
-        link: usize,
+        job: usize,
     ) -> Result<()> {
         let kernel = self.kernels.get(usize::from(moved.bent));
         let kernel = kernel.ok_or_else(|| Error::internal("no kernel for rays of an object with vectors"))?;
         let groups = [&self.casting, surface.group(), &moved.group, start.group()];
-        let links = step(link..link + 1);
-        pass.run_indirect(kernel, &groups, bytemuck::bytes_of(&links), &shared.arguments, Shared::blocks(link))
+        let jobs = step(job..job + 1);
+        pass.run_indirect(kernel, &groups, bytemuck::bytes_of(&jobs), &shared.arguments, Shared::blocks(job))
     }
 
     /// Records that the `chosen` records are written into `tiles`.
@@ -182,7 +182,7 @@ impl DeviceBlocks {
 pub(crate) mod tests {
     use crate::device::imprint::chain::DeviceChain;
     use crate::device::imprint::cull::tests::object;
-    use crate::device::imprint::link::Link;
+    use crate::device::imprint::job::ImprintJob;
     use crate::device::imprint::meshes::DeviceMeshes;
     use crate::device::imprint::stages::Target;
     use crate::geometry::grid::Grid;
@@ -230,11 +230,11 @@ pub(crate) mod tests {
             let obb = Obb { center: place, axes: DMat3::from_rotation_x(0.4), half };
             let grid = Grid::new(&obb, 1 << 18, Some(2));
             let here = Imprinter::new().cast_here(&context, &mut object, &collider, start, &grid, &settings).unwrap();
-            let link = Link::new(&context, 0, &collider, &grid, &settings.limits()).unwrap();
+            let job = ImprintJob::new(&context, 0, &collider, &grid, &settings.limits()).unwrap();
             object.use_device(Some(&device)).unwrap();
             let mut state = object.device.take().unwrap();
             let mut target = [Target { state: &mut state, object: &object, start }];
-            let there = chain.run(&context, &mut meshes, &mut target, &[&collider], &[link]).unwrap().pop().unwrap();
+            let there = chain.run(&context, &mut meshes, &mut target, &[&collider], &[job]).unwrap().pop().unwrap();
             // Of a grid that is larger than the collider, its box along the axes of the grid leaves some out.
             let fewer = if roomy { there.tiles < here.tiles } else { there.tiles <= here.tiles };
             assert!(fewer, "{} of {} tiles", there.tiles, here.tiles);

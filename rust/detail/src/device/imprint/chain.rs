@@ -10,12 +10,12 @@ use std::collections::BTreeMap;
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
-use relievo_gpu::wgsl::imprint_link::Told;
+use relievo_gpu::wgsl::imprint_link::JobCounters;
 use relievo_tiles::Field;
 
 use super::batches::{Batch, batches, most_voxels};
 use super::blocks::{DeviceBlocks, Record};
-use super::link::{Ground, Link, MAX_LINKS, Slots, Words};
+use super::job::{Ground, ImprintJob, JobParams, MAX_JOBS, Slots};
 use super::meshes::DeviceMeshes;
 use super::moved::Moved;
 use super::rim::{Around, DeviceRims, RimRoom, volumes};
@@ -68,7 +68,7 @@ impl DeviceChain {
         })
     }
 
-    /// Makes the imprints `links` of `colliders`, each after those before it, in one submission. What is returned is in
+    /// Makes the imprints `jobs` of `colliders`, each after those before it, in one submission. What is returned is in
     /// their order; nothing is written into the objects. The colliders are brought to `meshes`.
     ///
     /// Fails, as a whole, where the device does, has no room, or cannot place the points of a collider, and for a collider
@@ -79,10 +79,10 @@ impl DeviceChain {
         meshes: &mut DeviceMeshes,
         targets: &mut [Target<'_>],
         colliders: &[&Collider],
-        links: &[Link],
+        jobs: &[ImprintJob],
     ) -> Result<Vec<Cast>> {
-        if links.len() > MAX_LINKS {
-            return Err(Error::internal(format!("{} imprints at once; there may be {MAX_LINKS}", links.len())));
+        if jobs.len() > MAX_JOBS {
+            return Err(Error::internal(format!("{} imprints at once; there may be {MAX_JOBS}", jobs.len())));
         }
         for target in &mut *targets {
             target.state.follow(target.object, target.start)?;
@@ -97,19 +97,19 @@ impl DeviceChain {
             (self.bends, self.blocks, self.rims) = (true, None, None);
         }
         meshes.bring(&self.device, colliders)?;
-        let works = works(targets.len(), links);
-        let (slots, slot_count) = slots(targets, links, &works);
-        let mut words = links.iter().map(|link| tell(link, meshes, targets, &slots)).collect::<Result<Vec<_>>>()?;
+        let works = works(targets.len(), jobs);
+        let (slots, slot_count) = slots(targets, jobs, &works);
+        let mut words = jobs.iter().map(|job| tell(job, meshes, targets, &slots)).collect::<Result<Vec<_>>>()?;
         let (mut largest, mut tiles) = (0, 0);
         for (target, _) in targets.iter_mut().zip(&works).filter(|(_, works)| **works) {
             largest = target.state.prepare_work(target.object)?.max(largest);
             tiles = target.object.surface().tile_count().max(tiles);
         }
-        for (words, link) in words.iter_mut().zip(links).filter(|(_, link)| works[link.target]) {
-            let DeviceObject { worked, ring, .. } = &*targets[link.target].state;
+        for (words, job) in words.iter_mut().zip(jobs).filter(|(_, job)| works[job.target]) {
+            let DeviceObject { worked, ring, .. } = &*targets[job.target].state;
             words.work_on(&worked.as_ref().ok_or_else(no_blocks)?.work(ring, largest));
         }
-        let of: Vec<usize> = links.iter().map(|link| link.target).collect();
+        let of: Vec<usize> = jobs.iter().map(|job| job.target).collect();
         let batches = batches(&mut words, &of, most_voxels(&self.device))?;
         let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
         if DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)? {
@@ -117,14 +117,14 @@ impl DeviceChain {
             self.bind(self.blocks.as_ref().map_or([FIRST_ROOM, FIRST_ROOM, slot_count], DeviceBlocks::room))?;
         }
         self.enlarge([FIRST_ROOM, FIRST_ROOM, slot_count])?;
-        let words_of_blocks = words.iter().map(Words::block_words).max().unwrap_or_default();
-        let (places, place_count) = places(targets, links);
-        let around = |(link, words): (&Link, &Words)| {
-            let (rising, transform) = (link.rising?, targets[link.target].object.transform());
-            let words = words.in_grid(&rising.grid(&link.grid, transform), transform);
-            Some(Around { rising, words, places: places[link.target] })
+        let words_of_blocks = words.iter().map(JobParams::block_words).max().unwrap_or_default();
+        let (places, place_count) = places(targets, jobs);
+        let around = |(job, words): (&ImprintJob, &JobParams)| {
+            let (rising, transform) = (job.rising?, targets[job.target].object.transform());
+            let words = words.in_grid(&rising.grid(&job.grid, transform), transform);
+            Some(Around { rising, words, places: places[job.target] })
         };
-        let rims: Vec<Option<Around>> = links.iter().zip(&words).map(around).collect();
+        let rims: Vec<Option<Around>> = jobs.iter().zip(&words).map(around).collect();
         let (mut taken, mut rim_room) = (0, rims.iter().any(Option::is_some).then_some(self.rim_room));
         let (told, records, moved) = loop {
             if tiles > 0 && self.smoothing.enlarge(&self.device, (taken, words_of_blocks, tiles))? {
@@ -140,7 +140,7 @@ impl DeviceChain {
             let capacity = self.smoothing.capacity();
             words.iter_mut().for_each(|words| words.set_room([room, record_room, capacity]));
             let bound = self.bind_tiles(targets, &works)?;
-            let made = self.submit(context, targets, links, (&words, &rims), &batches, (&moved, &bound))?;
+            let made = self.submit(context, targets, jobs, (&words, &rims), &batches, (&moved, &bound))?;
             let found = made.told.iter().map(|told| told.found as usize).max().unwrap_or_default();
             let fits = found <= room && made.kept <= record_room && made.taken <= capacity;
             if fits && made.rim_room == rim_room {
@@ -152,15 +152,15 @@ impl DeviceChain {
         };
         targets.iter_mut().for_each(|target| target.state.settle_culling());
         told.iter().try_for_each(check)?;
-        let place = |(place, record): (u32, &Record)| ((record.link(), record.tile, record.block()), place);
+        let place = |(place, record): (u32, &Record)| ((record.job(), record.tile, record.block()), place);
         self.kept = (0..).zip(&records).map(place).collect();
-        Ok(casts(targets, links, &told, &records, &moved))
+        Ok(casts(targets, jobs, &told, &records, &moved))
     }
 
     /// Writes what the last submission left of an object into what the device has of its displacement, which is `field`
     /// now, and makes the rings there. `stays` says of an imprint and a tile whether it is so.
     pub fn write(&self, state: &mut DeviceObject, field: &Field, stays: impl Fn(usize, u32) -> bool) -> Result<()> {
-        let kept = self.kept.iter().filter(|((link, tile, _), _)| stays(*link as usize, *tile));
+        let kept = self.kept.iter().filter(|((job, tile, _), _)| stays(*job as usize, *tile));
         // Of every block what the last imprint left.
         let last: BTreeMap<(u32, u32), u32> = kept.map(|((_, tile, block), place)| ((*tile, *block), *place)).collect();
         let chosen: Vec<u32> = last.into_values().collect();
@@ -221,8 +221,8 @@ impl DeviceChain {
         &mut self,
         context: &Context,
         targets: &[Target<'_>],
-        links: &[Link],
-        (words, rims): (&[Words], &[Option<Around>]),
+        jobs: &[ImprintJob],
+        (words, rims): (&[JobParams], &[Option<Around>]),
         batches: &[Batch],
         (moved, bound): (&[Moved], &[Option<BoundTiles>]),
     ) -> Result<Submitted> {
@@ -231,7 +231,7 @@ impl DeviceChain {
         let mut frame = device.frame()?;
         self.shared.begin(device, &mut frame, words)?;
         let blocks = self.blocks()?;
-        if words.iter().any(Words::is_chained) {
+        if words.iter().any(JobParams::is_chained) {
             blocks.clear_slots(&mut frame);
         }
         if bound.iter().any(Option::is_some) {
@@ -251,19 +251,19 @@ impl DeviceChain {
             rims: self.rims.as_ref().filter(|_| rising),
             smoothing: &self.smoothing,
             targets,
-            links,
+            jobs,
             moved,
             bound,
         };
         stages.record(device, &mut frame, batches)?;
         let record_room = blocks.room()[1];
-        let told = self.shared.read_told(&mut frame, links.len())?;
+        let told = self.shared.read_told(&mut frame, jobs.len())?;
         let likely = self.likely.min(record_room);
         let first = blocks.read(&mut frame, 0..likely)?;
         let volumes =
             |frame: &mut _, range| rising.then(|| self.rims()?.stages().read_volumes(frame, range)).transpose();
         let first_moved = volumes(&mut frame, 0..likely)?;
-        let told_rims = rising.then(|| self.rims()?.stages().read(&mut frame, links.len())).transpose()?;
+        let told_rims = rising.then(|| self.rims()?.stages().read(&mut frame, jobs.len())).transpose()?;
         let submission = frame.submit()?;
         time.end();
         let ([kept, taken], told) = parse(&told.get(device)?);
@@ -296,7 +296,7 @@ struct Submitted {
     /// Tiles that are worked on.
     taken: usize,
     /// The counters of every imprint.
-    told: Vec<Told>,
+    told: Vec<JobCounters>,
     /// The blocks, as many as there was room for, and their volumes where something rises.
     records: Vec<Record>,
     moved: Vec<[f32; 2]>,
@@ -305,29 +305,35 @@ struct Submitted {
 }
 
 /// Returns the parameters of an imprint for the kernels.
-fn tell(link: &Link, meshes: &DeviceMeshes, targets: &[Target<'_>], slots: &[Option<Slots>]) -> Result<Words> {
-    let target = &targets[link.target];
+fn tell(job: &ImprintJob, meshes: &DeviceMeshes, targets: &[Target<'_>], slots: &[Option<Slots>]) -> Result<JobParams> {
+    let target = &targets[job.target];
     let ground = Ground {
         transform: target.object.transform(),
         tiles: target.object.surface().tile_count(),
         started: target.begun().is_some(),
-        slots: slots[link.target],
+        slots: slots[job.target],
     };
-    Ok(Words::new(link, meshes.place(link.mesh)?, &ground))
+    Ok(JobParams::new(job, meshes.place(job.mesh)?, &ground))
 }
 
 /// What the imprints did, from what was read back.
-fn casts(targets: &[Target<'_>], links: &[Link], told: &[Told], records: &[Record], moved: &[[f32; 2]]) -> Vec<Cast> {
+fn casts(
+    targets: &[Target<'_>],
+    jobs: &[ImprintJob],
+    told: &[JobCounters],
+    records: &[Record],
+    moved: &[[f32; 2]],
+) -> Vec<Cast> {
     let moved = moved.iter().copied().chain(std::iter::repeat([0.0; 2]));
     let mut order: Vec<(&Record, [f32; 2])> = records.iter().zip(moved).collect();
-    order.sort_unstable_by_key(|(record, _)| (record.link(), record.tile, record.block()));
+    order.sort_unstable_by_key(|(record, _)| (record.job(), record.tile, record.block()));
     let mut order = &order[..];
-    let mut all = Vec::with_capacity(links.len());
-    for (index, (link, told)) in links.iter().zip(told).enumerate() {
-        let (own, rest) = order.split_at(order.partition_point(|(record, _)| record.link() <= index as u32));
+    let mut all = Vec::with_capacity(jobs.len());
+    for (index, (job, told)) in jobs.iter().zip(told).enumerate() {
+        let (own, rest) = order.split_at(order.partition_point(|(record, _)| record.job() <= index as u32));
         order = rest;
-        let field = targets[link.target].object.displacement().field();
-        let rises = link.rising.is_some();
+        let field = targets[job.target].object.displacement().field();
+        let rises = job.rising.is_some();
         let by_tile = || own.chunk_by(|(a, _), (b, _)| a.tile == b.tile);
         let of_tile = |tile: &[(&Record, [f32; 2])]| (tile[0].0.tile, tile.iter().map(|(_, it)| volumes(*it)).sum());
         let dents = by_tile().map(|tile| {
@@ -351,7 +357,7 @@ fn casts(targets: &[Target<'_>], links: &[Link], told: &[Told], records: &[Recor
             tiles: told.tiles.into(),
             tested: told.tested.into(),
             clamped: told.clamped.into(),
-            triangles: link.triangles,
+            triangles: job.triangles,
             volumes: rises.then(|| by_tile().map(of_tile).collect()),
         });
     }

@@ -129,22 +129,22 @@ impl DeviceCull {
     }
 
     /// Records the list of the blocks of `surface`, the object's, that may have points in the grids of the row of imprints
-    /// that begins with `link`.
+    /// that begins with `job`.
     pub fn cull(
         &self,
         pass: &mut Pass<'_>,
         shared: &Shared,
         [meeting, listing]: &[Bindings; 2],
         surface: &DeviceSurface,
-        link: usize,
+        job: usize,
     ) -> Result<()> {
-        let links = step(link..link + 1);
-        let links = bytemuck::bytes_of(&links);
+        let jobs = step(job..job + 1);
+        let jobs = bytemuck::bytes_of(&jobs);
         let count = groups((self.cones.len() as u32).div_ceil(PATCHES));
         let [patches, blocks] = &self.kernels;
-        pass.run(patches, &[meeting, surface.group(), &self.buffers[0]], links, count)?;
+        pass.run(patches, &[meeting, surface.group(), &self.buffers[0]], jobs, count)?;
         let bound = [listing, surface.group(), &self.buffers[1]];
-        pass.run_indirect(blocks, &bound, links, &shared.candidates, Shared::tiles(link))
+        pass.run_indirect(blocks, &bound, jobs, &shared.candidates, Shared::tiles(job))
     }
 }
 
@@ -152,7 +152,7 @@ impl DeviceCull {
 pub(crate) mod tests {
     use super::*;
     use crate::device::imprint::blocks::DeviceBlocks;
-    use crate::device::imprint::link::{self, Link, Words};
+    use crate::device::imprint::job::{self, ImprintJob, JobParams};
     use crate::device::imprint::meshes::DeviceMeshes;
     use crate::device::imprint::shared::{Shared, parse};
     use crate::device::imprint::voxel::{DeviceVoxels, VoxelRoom};
@@ -243,10 +243,10 @@ pub(crate) mod tests {
             let grid = Grid::new(&Obb { center, axes, half }, 1 << 20, None);
             let lattice = Lattice::new(&grid, &DAffine3::from_translation(center), collider.object_obb()).unwrap();
             let limits = ImprintSettings::default().limits();
-            let link = Link::of(0, &collider, &grid, &limits, Side::Forward, lattice);
+            let job = ImprintJob::of(0, &collider, &grid, &limits, Side::Forward, lattice);
             let tiles = object.surface().tile_count();
-            let ground = link::Ground { transform: object.transform(), tiles, started: false, slots: None };
-            let mut words = [Words::new(&link, place, &ground)];
+            let ground = job::Ground { transform: object.transform(), tiles, started: false, slots: None };
+            let mut words = [JobParams::new(&job, place, &ground)];
             words[0].set_room([4096, 1, 0]);
             let mut commands = device.frame().unwrap();
             shared.begin(device, &mut commands, &words).unwrap();

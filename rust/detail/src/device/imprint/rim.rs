@@ -18,7 +18,7 @@ use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
 use super::blocks::{DeviceBlocks, Record};
 use super::cull::DeviceCull;
-use super::link::{MAX_LINKS, Words};
+use super::job::{JobParams, MAX_JOBS};
 use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
 use super::rising::Rising;
 use super::shared::{Shared, parse, step};
@@ -30,7 +30,7 @@ use crate::imprint::rim::{Volumes, check_bytes};
 pub(super) struct Around {
     pub rising: Rising,
     /// Its parameters for the kernels, with the grid around its contact.
-    pub words: Words,
+    pub words: JobParams,
     /// Where the blocks of its object begin, and how many a tile has.
     pub places: [u32; 2],
 }
@@ -137,8 +137,8 @@ impl RimStages {
     /// Room for rims with so many `places`, and volumes of so many records. Fails where the device has none.
     pub fn new(device: &Device, room: RimRoom, places: usize, records: usize) -> Result<Self> {
         let around = Shared::new(device)?;
-        let rims = Buffer::new(device, "rims", MAX_LINKS)?;
-        let told = Buffer::new(device, "what is told of rims", MAX_LINKS)?;
+        let rims = Buffer::new(device, "rims", MAX_JOBS)?;
+        let told = Buffer::new(device, "what is told of rims", MAX_JOBS)?;
         let listed = Buffer::new(device, "blocks around contacts", room.pieces)?;
         let pieces = Buffer::new(device, "coefficients around contacts", PIECE * room.pieces)?;
         let points = Buffer::new(device, "places around contacts", GROUP as usize * room.pieces)?;
@@ -176,10 +176,10 @@ impl RimStages {
         slots: &'a Buffer<u32>,
         records: &'a Buffer<Record>,
     ) -> [&'a wgpu::Buffer; 8] {
-        let from = [shared.links.wgpu(), self.listed.wgpu(), self.around.arguments.wgpu()];
-        let [links, listed, arguments] = from;
+        let from = [shared.jobs.wgpu(), self.listed.wgpu(), self.around.arguments.wgpu()];
+        let [jobs, listed, arguments] = from;
         let [spans, words] = [voxels.spans().wgpu(), voxels.words().wgpu()];
-        [links, listed, arguments, spans, words, slots.wgpu(), shared.told.wgpu(), records.wgpu()]
+        [jobs, listed, arguments, spans, words, slots.wgpu(), shared.told.wgpu(), records.wgpu()]
     }
 
     /// Tells of the rims of a submission: of every imprint that has one what it raises, and itself around its contact.
@@ -201,7 +201,7 @@ impl RimStages {
         let told: Vec<Rim> = rims.iter().map(|it| it.as_ref().map_or(Rim::default(), rim)).collect();
         self.rims.write(device, 0, &told)?;
         let words = rims.iter().map(|it| {
-            let mut words = it.as_ref().map_or_else(Words::default, |it| it.words);
+            let mut words = it.as_ref().map_or_else(JobParams::default, |it| it.words);
             words.set_room([pieces, 0, 0]);
             words
         });
@@ -209,11 +209,11 @@ impl RimStages {
         self.around.begin(device, frame, &words.collect::<Vec<_>>())
     }
 
-    /// Records a kernel over the blocks around the contact of imprint `link`.
-    pub fn run(&self, pass: &mut Pass<'_>, kernel: &Kernel, groups: &[&Bindings], link: usize) -> Result<()> {
-        let links = step(link..link + 1);
-        let links = bytemuck::bytes_of(&links);
-        pass.run_indirect(kernel, groups, links, &self.around.arguments, Shared::blocks(link))
+    /// Records a kernel over the blocks around the contact of imprint `job`.
+    pub fn run(&self, pass: &mut Pass<'_>, kernel: &Kernel, groups: &[&Bindings], job: usize) -> Result<()> {
+        let jobs = step(job..job + 1);
+        let jobs = bytemuck::bytes_of(&jobs);
+        pass.run_indirect(kernel, groups, jobs, &self.around.arguments, Shared::blocks(job))
     }
 
     /// Records that a rim rises, after the imprint was made.
@@ -222,21 +222,21 @@ impl RimStages {
         pass: &mut Pass<'_>,
         RimKernels([find, push, list, join, profile, raise]): &RimKernels,
         groups: &[&Bindings],
-        link: usize,
+        job: usize,
     ) -> Result<()> {
-        let links = step(link..link + 1);
-        let links = bytemuck::bytes_of(&links);
-        pass.run(find, groups, links, groups_of((self.volumes.len() as u32).div_ceil(GROUP)))?;
-        self.run(pass, push, groups, link)?;
-        self.run(pass, list, groups, link)?;
-        pass.run(join, groups, links, [1, 1, 1])?;
-        self.run(pass, profile, groups, link)?;
-        self.run(pass, raise, groups, link)
+        let jobs = step(job..job + 1);
+        let jobs = bytemuck::bytes_of(&jobs);
+        pass.run(find, groups, jobs, groups_of((self.volumes.len() as u32).div_ceil(GROUP)))?;
+        self.run(pass, push, groups, job)?;
+        self.run(pass, list, groups, job)?;
+        pass.run(join, groups, jobs, [1, 1, 1])?;
+        self.run(pass, profile, groups, job)?;
+        self.run(pass, raise, groups, job)
     }
 
     /// Records the way back of the counters.
-    pub fn read(&self, frame: &mut Frame, links: usize) -> Result<RimReadback> {
-        Ok(RimReadback { around: self.around.read_told(frame, links)?, told: frame.read(&self.told, 0..links)? })
+    pub fn read(&self, frame: &mut Frame, jobs: usize) -> Result<RimReadback> {
+        Ok(RimReadback { around: self.around.read_told(frame, jobs)?, told: frame.read(&self.told, 0..jobs)? })
     }
 
     /// The room that a submission needs, more than there is where that was not enough. Fails where there is none, or the
@@ -321,18 +321,18 @@ impl DeviceRims {
         &self.stages
     }
 
-    /// Records that the blocks around the contact of imprint `link` are listed and gathered, before it is made.
+    /// Records that the blocks around the contact of imprint `job` are listed and gathered, before it is made.
     pub fn gather(
         &self,
         pass: &mut Pass<'_>,
         culling: &DeviceCull,
         (surface, moved): (&DeviceSurface, &Moved),
-        link: usize,
+        job: usize,
     ) -> Result<()> {
-        culling.cull(pass, &self.stages.around, &self.listing, surface, link)?;
+        culling.cull(pass, &self.stages.around, &self.listing, surface, job)?;
         let kernel = self.gather.get(usize::from(moved.bent));
         let kernel = kernel.ok_or_else(|| Error::internal("no kernel for rims of an object with vectors"))?;
-        self.stages.run(pass, kernel, &[&self.own, surface.group(), &moved.group, &self.stages.state], link)
+        self.stages.run(pass, kernel, &[&self.own, surface.group(), &moved.group, &self.stages.state], job)
     }
 
     /// Records that a rim rises, after the imprint was made.
@@ -340,10 +340,10 @@ impl DeviceRims {
         &self,
         pass: &mut Pass<'_>,
         (surface, tiles): (&DeviceSurface, &DeviceTiles),
-        link: usize,
+        job: usize,
     ) -> Result<()> {
         let groups = [&self.own, surface.group(), tiles.group(), &self.stages.state];
-        self.stages.raise(pass, &self.kernels, &groups, link)
+        self.stages.raise(pass, &self.kernels, &groups, job)
     }
 }
 
@@ -364,7 +364,7 @@ mod tests {
     use crate::device::imprint::blocks::tests::changed;
     use crate::device::imprint::chain::DeviceChain;
     use crate::device::imprint::cull::tests::object;
-    use crate::device::imprint::link::Link;
+    use crate::device::imprint::job::ImprintJob;
     use crate::device::imprint::meshes::DeviceMeshes;
     use crate::device::imprint::stages::Target;
     use crate::geometry::grid::Grid;
@@ -395,12 +395,12 @@ mod tests {
         here.dents.sort_unstable_by_key(|dents| dents.tile);
         let mut moved = raise(&context, &mut object, &mut here.dents, &imprinter.voxels, &settings).unwrap();
         moved.retain(|(_, volumes)| *volumes != Volumes::default());
-        let link = Link::new(&context, 0, &collider, &grid, &settings.limits()).unwrap().raising(&settings);
+        let job = ImprintJob::new(&context, 0, &collider, &grid, &settings.limits()).unwrap().raising(&settings);
         object.use_device(Some(&device)).unwrap();
         let mut state = object.device.take().unwrap();
         let mut target = [Target { state: &mut state, object: &object, start: None }];
         let (mut chain, mut meshes) = (DeviceChain::new(&device).unwrap(), DeviceMeshes::new(&device).unwrap());
-        let there = chain.run(&context, &mut meshes, &mut target, &[&collider], &[link]).unwrap().pop().unwrap();
+        let there = chain.run(&context, &mut meshes, &mut target, &[&collider], &[job]).unwrap().pop().unwrap();
         let told = there.volumes.unwrap();
         assert!(moved.len() > 8 && told.len() == moved.len(), "{} {}", told.len(), moved.len());
         for ((tile, a), (other, b)) in moved.iter().zip(&told) {

@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use relievo_core::{Error, Result};
-use relievo_gpu::wgsl::imprint_link::{Step, Told};
+use relievo_gpu::wgsl::imprint_link::{JobCounters, Step};
 use relievo_gpu::{Buffer, Device, Frame, Readback};
 
-use super::link::{MAX_LINKS, Words};
+use super::job::{JobParams, MAX_JOBS};
 
 /// Fails if the voxels are not those of the collider.
-pub(super) fn check(told: &Told) -> Result<()> {
+pub(super) fn check(told: &JobCounters) -> Result<()> {
     if told.faults & 1 != 0 {
         return Err(Error::unsupported(
             "the collider reaches too far beyond the overlap to be voxelised on a graphics device",
@@ -25,7 +25,7 @@ pub(super) fn check(told: &Told) -> Result<()> {
 
 /// Words of the counters before those of the first imprint.
 const FIRST: usize = 4;
-const TOLD: usize = size_of::<Told>() / 4;
+const TOLD: usize = size_of::<JobCounters>() / 4;
 
 /// Words of an imprint's arguments: those of chunks of columns, and those of its blocks.
 const ARGUMENTS: usize = 8;
@@ -34,7 +34,7 @@ const CANDIDATES: usize = 4;
 /// What the stages of a submission share.
 #[derive(Debug)]
 pub(crate) struct Shared {
-    pub links: Buffer<Words>,
+    pub jobs: Buffer<JobParams>,
     pub told: Buffer<u32>,
     pub arguments: Buffer<u32>,
     /// Of every imprint the box of the collider's points along the axes of the overlap, as `imprint_box.wgsl` has it.
@@ -47,20 +47,20 @@ impl Shared {
     /// Room for as many imprints as there may be. Fails where the device has none.
     pub fn new(device: &Device) -> Result<Self> {
         Ok(Self {
-            links: Buffer::new(device, "imprints", MAX_LINKS)?,
-            told: Buffer::new(device, "what is told of imprints", FIRST + TOLD * MAX_LINKS)?,
-            arguments: Buffer::new(device, "arguments of imprints", ARGUMENTS * MAX_LINKS)?,
-            boxes: Buffer::new(device, "boxes of colliders", MAX_LINKS)?,
-            candidates: Buffer::new(device, "tiles of imprints", CANDIDATES * MAX_LINKS)?,
+            jobs: Buffer::new(device, "imprints", MAX_JOBS)?,
+            told: Buffer::new(device, "what is told of imprints", FIRST + TOLD * MAX_JOBS)?,
+            arguments: Buffer::new(device, "arguments of imprints", ARGUMENTS * MAX_JOBS)?,
+            boxes: Buffer::new(device, "boxes of colliders", MAX_JOBS)?,
+            candidates: Buffer::new(device, "tiles of imprints", CANDIDATES * MAX_JOBS)?,
         })
     }
 
     /// Tells of the imprints of a submission, and records that nothing was told of them so far. What is listed for them is
     /// nothing once they are voxelised.
-    pub fn begin(&self, device: &Device, frame: &mut Frame, words: &[Words]) -> Result<()> {
+    pub fn begin(&self, device: &Device, frame: &mut Frame, words: &[JobParams]) -> Result<()> {
         frame.clear(&self.told);
         frame.clear(&self.boxes);
-        self.links.write(device, 0, words)
+        self.jobs.write(device, 0, words)
     }
 
     /// Records that nothing is listed for any imprint, where nothing is voxelised.
@@ -69,34 +69,34 @@ impl Shared {
         frame.clear(&self.candidates);
     }
 
-    /// Where the arguments of the dispatch over chunks of columns are, of the imprints that are voxelised with `link`,
-    /// the first of them, and of those over the blocks and over the tiles of the row that begins with `link`.
-    pub fn chunks(link: usize) -> usize {
-        ARGUMENTS * link + 1
+    /// Where the arguments of the dispatch over chunks of columns are, of the imprints that are voxelised with `job`,
+    /// the first of them, and of those over the blocks and over the tiles of the row that begins with `job`.
+    pub fn chunks(job: usize) -> usize {
+        ARGUMENTS * job + 1
     }
 
-    pub fn blocks(link: usize) -> usize {
-        ARGUMENTS * link + 5
+    pub fn blocks(job: usize) -> usize {
+        ARGUMENTS * job + 5
     }
 
-    pub fn tiles(link: usize) -> usize {
-        CANDIDATES * link + 1
+    pub fn tiles(job: usize) -> usize {
+        CANDIDATES * job + 1
     }
 
     /// Records the way back of the counters of so many imprints.
-    pub fn read_told(&self, frame: &mut Frame, links: usize) -> Result<Readback<u32>> {
-        frame.read(&self.told, 0..FIRST + TOLD * links)
+    pub fn read_told(&self, frame: &mut Frame, jobs: usize) -> Result<Readback<u32>> {
+        frame.read(&self.told, 0..FIRST + TOLD * jobs)
     }
 }
 
-/// The immediate data of a dispatch over `links`.
-pub(super) fn step(links: Range<usize>) -> Step {
-    Step { link: links.start as u32, count: links.len() as u32 }
+/// The immediate data of a dispatch over `jobs`.
+pub(super) fn step(jobs: Range<usize>) -> Step {
+    Step { link: jobs.start as u32, count: jobs.len() as u32 }
 }
 
 /// How many blocks changed in all imprints and how many tiles were worked on, and the counters of each imprint, from
 /// the words of [`Shared::read_told`].
-pub(super) fn parse(words: &[u32]) -> ([usize; 2], Vec<Told>) {
+pub(super) fn parse(words: &[u32]) -> ([usize; 2], Vec<JobCounters>) {
     let (first, each) = words.split_at(FIRST.min(words.len()));
     let count = |at: usize| first.get(at).map_or(0, |count| *count as usize);
     ([count(0), count(1)], bytemuck::cast_slice(each).to_vec())

@@ -2,26 +2,26 @@
 
 use relievo_tiles::Field;
 
-use super::link::{Link, Slots};
+use super::job::{ImprintJob, Slots};
 use super::smoothing::SLOTS;
 use super::stages::Target;
 use crate::channels::knots::block_edge;
 
 /// The targets whose tiles are worked on: the targets that several imprints meet, of which one or more are smoothed or
 /// made with rings in between.
-pub(super) fn works(targets: usize, links: &[Link]) -> Vec<bool> {
-    let own = |target| links.iter().filter(move |link| link.target == target);
+pub(super) fn works(targets: usize, jobs: &[ImprintJob]) -> Vec<bool> {
+    let own = |target| jobs.iter().filter(move |job| job.target == target);
     let several = |target| own(target).count() > 1;
-    (0..targets).map(|target| several(target) && own(target).any(|link| link.smoothing.1 > 0 || link.worked)).collect()
+    (0..targets).map(|target| several(target) && own(target).any(|job| job.smoothing.1 > 0 || job.worked)).collect()
 }
 
 /// Where the blocks of every target are noted that imprints change before others look at them: of targets that several
 /// imprints meet, or that rise. And how many such places there are.
-pub(super) fn slots(targets: &[Target<'_>], links: &[Link], works: &[bool]) -> (Vec<Option<Slots>>, usize) {
+pub(super) fn slots(targets: &[Target<'_>], jobs: &[ImprintJob], works: &[bool]) -> (Vec<Option<Slots>>, usize) {
     let mut count = 0;
     let each = targets.iter().enumerate().map(|(index, target)| {
-        let own = || links.iter().filter(|link| link.target == index);
-        if own().count() < 2 && own().all(|link| link.rising.is_none()) {
+        let own = || jobs.iter().filter(|job| job.target == index);
+        if own().count() < 2 && own().all(|job| job.rising.is_none()) {
             return None;
         }
         let field = target.object.displacement().field();
@@ -40,10 +40,10 @@ fn most_blocks(field: &Field) -> u32 {
 }
 
 /// Where the blocks of every target are on which something rises, and how many a tile has. And how many there are.
-pub(crate) fn places(targets: &[Target<'_>], links: &[Link]) -> (Vec<[u32; 2]>, usize) {
+pub(crate) fn places(targets: &[Target<'_>], jobs: &[ImprintJob]) -> (Vec<[u32; 2]>, usize) {
     let mut count = 0;
     let each = targets.iter().enumerate().map(|(index, target)| {
-        if !links.iter().any(|link| link.target == index && link.rising.is_some()) {
+        if !jobs.iter().any(|job| job.target == index && job.rising.is_some()) {
             return [0; 2];
         }
         let field = target.object.displacement().field();

@@ -13,7 +13,7 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, Kernel
 use relievo_tiles::{BoundRing, DeviceRing, DeviceTiles, Field, WorkedBlocks};
 
 use super::blocks::DeviceBlocks;
-use super::link::MAX_LINKS;
+use super::job::MAX_JOBS;
 use super::shared::{Shared, step};
 use super::work::Work;
 
@@ -140,7 +140,7 @@ impl DeviceSmoothing {
             marks: Buffer::new(device, "what is smoothed", 1)?,
             listed: Buffer::new(device, "imprinted tiles", 1)?,
             changed: Buffer::new(device, "blocks of an imprint", 1)?,
-            stages: Buffer::new(device, "arguments of smoothing", STAGE * MAX_LINKS)?,
+            stages: Buffer::new(device, "arguments of smoothing", STAGE * MAX_JOBS)?,
             counts: Buffer::of(device, "no limit", &[u32::MAX])?,
             capacity: 0,
             words: 0,
@@ -196,13 +196,13 @@ impl DeviceSmoothing {
             Some(kernels) => self.kernels.insert(kernels),
             None => self.kernels.insert(Kernels::new(device)?),
         };
-        let (links, told, slots) = (shared.links.wgpu(), shared.told.wgpu(), records.slots().wgpu());
+        let (jobs, told, slots) = (shared.jobs.wgpu(), shared.told.wgpu(), records.slots().wgpu());
         let (records, listed, changed) = (records.records().wgpu(), self.listed.wgpu(), self.changed.wgpu());
         let (topology, _) = ring.topology();
         let found = [listed, changed, self.stages.wgpu(), worked.pointers.wgpu(), topology.wgpu()];
-        let touching = device.bind(&kernels.touch, 0, &[&[links, told, slots, records][..], &found].concat())?;
+        let touching = device.bind(&kernels.touch, 0, &[&[jobs, told, slots, records][..], &found].concat())?;
         let [entries, texels] = tiles.buffers();
-        let own = [links, slots, records, self.blocks.wgpu(), self.marks.wgpu(), listed, changed];
+        let own = [jobs, slots, records, self.blocks.wgpu(), self.marks.wgpu(), listed, changed];
         let of_tiles = [worked.on_device.wgpu(), entries, texels, told];
         let smoothing = device.bind(&kernels.smooth[0], 0, &[&own[..], &of_tiles].concat())?;
         let (pointers, blocks, sizes) = (&worked.pointers, &self.blocks, worked.on_device.wgpu());
@@ -211,25 +211,25 @@ impl DeviceSmoothing {
         Ok(BoundTiles { touching, smoothing, ring })
     }
 
-    /// Records that what imprint `link` changed is in blocks of `bound`, with rings, and is smoothed in so many passes.
+    /// Records that what imprint `job` changed is in blocks of `bound`, with rings, and is smoothed in so many passes.
     pub fn smooth(
         &self,
         pass: &mut Pass<'_>,
         (bound, ring): (&BoundTiles, &DeviceRing),
-        link: usize,
+        job: usize,
         passes: u32,
     ) -> Result<()> {
         let kernels = self.kernels.as_ref().ok_or_else(|| Error::internal("nothing is bound to be smoothed"))?;
-        let links = step(link..link + 1);
-        let links = bytemuck::bytes_of(&links);
-        let at = |what: usize| STAGE * link + what;
+        let jobs = step(job..job + 1);
+        let jobs = bytemuck::bytes_of(&jobs);
+        let at = |what: usize| STAGE * job + what;
         let run = |pass: &mut Pass<'_>, kernel: usize, what: usize| {
-            pass.run_indirect(&kernels.smooth[kernel], &[&bound.smoothing], links, &self.stages, at(what))
+            pass.run_indirect(&kernels.smooth[kernel], &[&bound.smoothing], jobs, &self.stages, at(what))
         };
         let update =
             |pass: &mut Pass<'_>| ring.update_indirect(pass, &bound.ring, f16::ZERO, (&self.stages, at(RINGS)));
         let count = groups((self.changed.len() as u32).div_ceil(GROUP));
-        pass.run(&kernels.touch, &[&bound.touching], links, count)?;
+        pass.run(&kernels.touch, &[&bound.touching], jobs, count)?;
         run(pass, 0, PARTS)?;
         run(pass, 1, RECORDS)?;
         update(pass)?;

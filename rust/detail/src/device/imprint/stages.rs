@@ -6,7 +6,7 @@ use relievo_tiles::{DeviceTiles, Field};
 
 use super::batches::Batch;
 use super::blocks::DeviceBlocks;
-use super::link::Link;
+use super::job::ImprintJob;
 use super::moved::Moved;
 use super::rim::DeviceRims;
 use super::shared::Shared;
@@ -70,7 +70,7 @@ pub(super) struct Stages<'a> {
     pub rims: Option<&'a DeviceRims>,
     pub smoothing: &'a DeviceSmoothing,
     pub targets: &'a [Target<'a>],
-    pub links: &'a [Link],
+    pub jobs: &'a [ImprintJob],
     /// Of every target what it is displaced by, and its tiles if they are worked on.
     pub moved: &'a [Moved],
     pub bound: &'a [Option<BoundTiles>],
@@ -90,14 +90,14 @@ impl<'a> Stages<'a> {
 
     /// Those of imprints that are taken together as `batches` say.
     fn in_order(&self, batches: &'a [Batch]) -> impl Iterator<Item = Stage<'a>> {
-        let Self { targets, links, bound, .. } = *self;
-        let each = move |link: usize| {
-            let Link { target, rising, .. } = links[link];
-            let goes_on = bound[target].is_some() && links[link + 1..].iter().any(|link| link.target == target);
-            let before = rising.map(|_| Stage::Gather(link)).into_iter();
-            let after = rising.map(|_| Stage::Raise(link));
-            let smoothed = goes_on.then_some(Stage::Smooth(link));
-            before.chain([Stage::Cull(link), Stage::Raycast(link)]).chain(after).chain(smoothed)
+        let Self { targets, jobs, bound, .. } = *self;
+        let each = move |job: usize| {
+            let ImprintJob { target, rising, .. } = jobs[job];
+            let goes_on = bound[target].is_some() && jobs[job + 1..].iter().any(|job| job.target == target);
+            let before = rising.map(|_| Stage::Gather(job)).into_iter();
+            let after = rising.map(|_| Stage::Raise(job));
+            let smoothed = goes_on.then_some(Stage::Smooth(job));
+            before.chain([Stage::Cull(job), Stage::Raycast(job)]).chain(after).chain(smoothed)
         };
         let of_batch = move |batch: &'a Batch| {
             std::iter::once(Stage::Voxelise(batch)).chain(batch.rows.iter().copied().flat_map(each))
@@ -107,7 +107,7 @@ impl<'a> Stages<'a> {
 
     /// Records a stage.
     fn record_one(&self, pass: &mut Pass<'_>, stage: Stage<'_>) -> Result<()> {
-        let Self { shared, voxels, blocks, rims, smoothing, targets, links, moved, bound } = *self;
+        let Self { shared, voxels, blocks, rims, smoothing, targets, jobs, moved, bound } = *self;
         let no_rims = || Error::internal("no room for rims");
         match stage {
             Stage::Measure(target) => {
@@ -115,29 +115,29 @@ impl<'a> Stages<'a> {
                 state.culling()?.measure(pass, &state.surface, &state.tiles)
             }
             Stage::Voxelise(batch) => voxels.fill(pass, shared, batch),
-            Stage::Cull(link) => {
-                let state = &*targets[links[link].target].state;
-                state.culling()?.cull(pass, shared, blocks.listing(), &state.surface, link)
+            Stage::Cull(job) => {
+                let state = &*targets[jobs[job].target].state;
+                state.culling()?.cull(pass, shared, blocks.listing(), &state.surface, job)
             }
-            Stage::Raycast(link) => {
-                let Link { target: index, .. } = links[link];
+            Stage::Raycast(job) => {
+                let ImprintJob { target: index, .. } = jobs[job];
                 let target = &targets[index];
                 let fields = (&moved[index], target.begun().unwrap_or(&target.state.tiles));
-                blocks.cast(pass, shared, &target.state.surface, fields, link)
+                blocks.cast(pass, shared, &target.state.surface, fields, job)
             }
-            Stage::Smooth(link) => {
-                let Link { target, smoothing: (_, passes), .. } = links[link];
+            Stage::Smooth(job) => {
+                let ImprintJob { target, smoothing: (_, passes), .. } = jobs[job];
                 let bound = bound[target].as_ref().ok_or_else(|| Error::internal("tiles without room for blocks"))?;
-                smoothing.smooth(pass, (bound, &targets[target].state.ring), link, passes)
+                smoothing.smooth(pass, (bound, &targets[target].state.ring), job, passes)
             }
-            Stage::Gather(link) => {
-                let Link { target, .. } = links[link];
+            Stage::Gather(job) => {
+                let ImprintJob { target, .. } = jobs[job];
                 let state = &*targets[target].state;
-                rims.ok_or_else(no_rims)?.gather(pass, state.culling()?, (&state.surface, &moved[target]), link)
+                rims.ok_or_else(no_rims)?.gather(pass, state.culling()?, (&state.surface, &moved[target]), job)
             }
-            Stage::Raise(link) => {
-                let state = &*targets[links[link].target].state;
-                rims.ok_or_else(no_rims)?.raise(pass, (&state.surface, &state.tiles), link)
+            Stage::Raise(job) => {
+                let state = &*targets[jobs[job].target].state;
+                rims.ok_or_else(no_rims)?.raise(pass, (&state.surface, &state.tiles), job)
             }
         }
     }

@@ -8,14 +8,14 @@
 
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::wgsl::imprint_link::Told;
+use relievo_gpu::wgsl::imprint_link::JobCounters;
 use relievo_gpu::{Bindings, Buffer, Device, GROUP, Pass, groups};
 use relievo_surface::DeviceMesh;
 use relievo_tiles::triangle::TriangleField;
 
 use super::batches::{Batch, batches, most_voxels};
 use super::blocks::Record;
-use super::link::{Ground, Link, MAX_LINKS, Slots, Words};
+use super::job::{Ground, ImprintJob, JobParams, MAX_JOBS, Slots};
 use super::meshes::DeviceMeshes;
 use super::rim::{Around, RimRoom, RimStages, volumes};
 use super::shared::{Shared, check, parse, step};
@@ -106,7 +106,7 @@ struct Submitted {
     /// Records, whether or not there was room for them, and triangles that were smoothed.
     kept: usize,
     taken: usize,
-    told: Vec<Told>,
+    told: Vec<JobCounters>,
     /// The records that there was room for, and their volumes where something rises.
     records: Vec<Record>,
     moved: Vec<[f32; 2]>,
@@ -130,7 +130,7 @@ impl TriangleChain {
         })
     }
 
-    /// Makes the imprints `links` of `colliders`, each after those before it, in one submission. What is returned is in
+    /// Makes the imprints `jobs` of `colliders`, each after those before it, in one submission. What is returned is in
     /// their order; nothing is written into the objects. The colliders are brought to `meshes`.
     ///
     /// Fails, as a whole, where the device does, has no room, or cannot place the points of a collider, and for a collider
@@ -141,43 +141,43 @@ impl TriangleChain {
         meshes: &mut DeviceMeshes,
         targets: &mut [TriangleTarget<'_>],
         colliders: &[&Collider],
-        links: &[Link],
+        jobs: &[ImprintJob],
     ) -> Result<Vec<TriangleCast>> {
-        if links.len() > MAX_LINKS {
-            return Err(Error::internal(format!("{} imprints at once; there may be {MAX_LINKS}", links.len())));
+        if jobs.len() > MAX_JOBS {
+            return Err(Error::internal(format!("{} imprints at once; there may be {MAX_JOBS}", jobs.len())));
         }
         for (index, target) in targets.iter_mut().enumerate() {
             let press = TrianglePress::follow(target.press, &self.device, target.object, target.start)?;
-            let smooths = (0..links.len()).any(|link| links[link].target == index && is_smoothed(links, link));
-            let rises = links.iter().any(|link| link.target == index && link.rising.is_some());
+            let smooths = (0..jobs.len()).any(|job| jobs[job].target == index && is_smoothed(jobs, job));
+            let rises = jobs.iter().any(|job| job.target == index && job.rising.is_some());
             press.prepare(&self.device, smooths, rises)?;
         }
         meshes.bring(&self.device, colliders)?;
-        let (slots, slot_count) = slots(targets, links);
+        let (slots, slot_count) = slots(targets, jobs);
         if slot_count > self.slots.len() {
             self.slots = Buffer::new(&self.device, "values' slots", slot_count)?;
         }
-        let tell = |link: &Link| {
-            let TriangleTarget { object, start, .. } = &targets[link.target];
+        let tell = |job: &ImprintJob| {
+            let TriangleTarget { object, start, .. } = &targets[job.target];
             let tiles = object.surface().topology().face_count();
             let ground =
-                Ground { transform: object.transform(), tiles, started: start.is_some(), slots: slots[link.target] };
-            Ok(Words::new(link, meshes.place(link.mesh)?, &ground))
+                Ground { transform: object.transform(), tiles, started: start.is_some(), slots: slots[job.target] };
+            Ok(JobParams::new(job, meshes.place(job.mesh)?, &ground))
         };
-        let mut words = links.iter().map(tell).collect::<Result<Vec<_>>>()?;
+        let mut words = jobs.iter().map(tell).collect::<Result<Vec<_>>>()?;
         // Every imprint is a row of its own.
-        let rows: Vec<usize> = (0..links.len()).collect();
+        let rows: Vec<usize> = (0..jobs.len()).collect();
         let batches = batches(&mut words, &rows, most_voxels(&self.device))?;
         let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
         DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)?;
-        let (places, place_count) = places(targets, links);
-        let around = |(link, words): (&Link, &Words)| {
-            let (rising, transform) = (link.rising?, targets[link.target].object.transform());
-            let words = words.in_grid(&rising.grid(&link.grid, transform), transform);
-            Some(Around { rising, words, places: places[link.target] })
+        let (places, place_count) = places(targets, jobs);
+        let around = |(job, words): (&ImprintJob, &JobParams)| {
+            let (rising, transform) = (job.rising?, targets[job.target].object.transform());
+            let words = words.in_grid(&rising.grid(&job.grid, transform), transform);
+            Some(Around { rising, words, places: places[job.target] })
         };
-        let rims: Vec<Option<Around>> = links.iter().zip(&words).map(around).collect();
-        let smooths = (0..links.len()).any(|link| is_smoothed(links, link));
+        let rims: Vec<Option<Around>> = jobs.iter().zip(&words).map(around).collect();
+        let smooths = (0..jobs.len()).any(|job| is_smoothed(jobs, job));
         let (mut taken, mut rim_room) = (0, rims.iter().any(Option::is_some).then_some(self.rim_room));
         let (told, records, moved) = loop {
             if smooths {
@@ -193,7 +193,7 @@ impl TriangleChain {
             }
             let (room, capacity) = (self.records.len(), self.smoothing.capacity());
             words.iter_mut().for_each(|words| words.set_room([0, room, capacity]));
-            let made = self.submit(context, targets, links, (&words, &rims), &batches)?;
+            let made = self.submit(context, targets, jobs, (&words, &rims), &batches)?;
             if made.kept <= room && made.taken <= capacity && made.rim_room == rim_room {
                 break (made.told, made.records, made.moved);
             }
@@ -205,7 +205,7 @@ impl TriangleChain {
             }
         };
         told.iter().try_for_each(check)?;
-        Ok(casts(links, &told, &records, &moved))
+        Ok(casts(jobs, &told, &records, &moved))
     }
 
     fn rims(&self) -> Result<&RimStages> {
@@ -217,8 +217,8 @@ impl TriangleChain {
         &mut self,
         context: &Context,
         targets: &[TriangleTarget<'_>],
-        links: &[Link],
-        (words, rims): (&[Words], &[Option<Around>]),
+        jobs: &[ImprintJob],
+        (words, rims): (&[JobParams], &[Option<Around>]),
         batches: &[Batch],
     ) -> Result<Submitted> {
         let device = &self.device;
@@ -227,7 +227,7 @@ impl TriangleChain {
         let bound = targets.iter().map(|target| self.bind(target.press()?, voxels)).collect::<Result<Vec<_>>>()?;
         let mut frame = device.frame()?;
         self.shared.begin(device, &mut frame, words)?;
-        if words.iter().any(Words::is_chained) {
+        if words.iter().any(JobParams::is_chained) {
             frame.clear(&self.slots);
         }
         self.smoothing.clear(&mut frame);
@@ -238,18 +238,18 @@ impl TriangleChain {
         let mut pass = frame.pass("imprint.device.triangles");
         for batch in batches {
             voxels.fill(&mut pass, &self.shared, batch)?;
-            for link in batch.links.clone() {
-                let index = links[link].target;
-                self.press(&mut pass, &targets[index], &bound[index], (links, link))?;
+            for job in batch.jobs.clone() {
+                let index = jobs[job].target;
+                self.press(&mut pass, &targets[index], &bound[index], (jobs, job))?;
             }
         }
         drop(pass);
-        let told = self.shared.read_told(&mut frame, links.len())?;
+        let told = self.shared.read_told(&mut frame, jobs.len())?;
         let likely = self.likely.min(self.records.len());
         let first = frame.read(&self.records, 0..likely)?;
         let volumes = |frame: &mut _, range| rising.then(|| self.rims()?.read_volumes(frame, range)).transpose();
         let first_moved = volumes(&mut frame, 0..likely)?;
-        let told_rims = rising.then(|| self.rims()?.read(&mut frame, links.len())).transpose()?;
+        let told_rims = rising.then(|| self.rims()?.read(&mut frame, jobs.len())).transpose()?;
         let submission = frame.submit()?;
         time.end();
         let ([kept, taken], told) = parse(&told.get(device)?);
@@ -280,17 +280,17 @@ impl TriangleChain {
         let (told, slots) = (shared.told.wgpu(), self.slots.wgpu());
         let culling = |of: &Shared| {
             let (boxes, arguments) = (of.boxes.wgpu(), shared.arguments.wgpu());
-            device.bind_as(&CULLING, &[of.links.wgpu(), slots, boxes, arguments, told])
+            device.bind_as(&CULLING, &[of.jobs.wgpu(), slots, boxes, arguments, told])
         };
-        let (links, held, inside) = (shared.links.wgpu(), press.held.wgpu(), press.inside.wgpu());
+        let (jobs, held, inside) = (shared.jobs.wgpu(), press.held.wgpu(), press.inside.wgpu());
         let records = self.records.wgpu();
-        let from = [links, press.listed.wgpu(), shared.arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
+        let from = [jobs, press.listed.wgpu(), shared.arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
         let beside = [&[inside][..], &press.ways()].concat();
         let casting = device.bind_as(&CASTING, &[&from[..], &[slots, told, records], &beside].concat())?;
         let smoothing = press
             .smoothed
             .as_ref()
-            .map(|mesh| self.smoothing.bind(device, mesh, Beside { links, held, slots, told, records }));
+            .map(|mesh| self.smoothing.bind(device, mesh, Beside { jobs, held, slots, told, records }));
         let rim = self.rims.as_ref().filter(|_| press.raised.is_some()).map(|stages| {
             let [entries, values] = press.ways();
             let beside = (press.listed.wgpu(), [inside, entries, values]);
@@ -307,47 +307,47 @@ impl TriangleChain {
         pass: &mut Pass<'_>,
         target: &TriangleTarget<'_>,
         it: &Bound,
-        (links, link): (&[Link], usize),
+        (jobs, job): (&[ImprintJob], usize),
     ) -> Result<()> {
         let (press, mesh) = (target.press()?, target.mesh);
-        let Link { target: index, smoothing: (_, passes), rising, .. } = links[link];
+        let ImprintJob { target: index, smoothing: (_, passes), rising, .. } = jobs[job];
         let rim = it.rim.as_ref().zip(press.raised.as_ref()).filter(|_| rising.is_some());
-        let immediates = step(link..link + 1);
+        let immediates = step(job..job + 1);
         let immediates = bytemuck::bytes_of(&immediates);
         let faces = groups((mesh.face_count() as u32).div_ceil(GROUP));
         let culling = rim.map_or(&it.culling, |((around, _), _)| around);
         pass.run(&press.culling, &[culling, mesh.group(), &press.culled], immediates, faces)?;
         let on = (mesh, &press.values);
         if let Some(((_, bound), kernels)) = rim {
-            bound.gather(pass, (self.rims()?, kernels), on, link)?;
+            bound.gather(pass, (self.rims()?, kernels), on, job)?;
         }
         let start = press.begun.as_ref().filter(|_| target.start.is_some()).unwrap_or(&press.values);
         let bound = [&it.casting, mesh.group(), press.values.group(), start.group()];
-        let (arguments, first) = (&self.shared.arguments, Shared::blocks(link));
+        let (arguments, first) = (&self.shared.arguments, Shared::blocks(job));
         pass.run_indirect(&press.casting, &bound, immediates, arguments, first)?;
         if let Some(((_, bound), kernels)) = rim {
-            bound.raise(pass, (self.rims()?, kernels), on, link)?;
+            bound.raise(pass, (self.rims()?, kernels), on, job)?;
         }
-        if !links[link + 1..].iter().any(|link| link.target == index) {
+        if !jobs[job + 1..].iter().any(|job| job.target == index) {
             return Ok(());
         }
         match press.smoothed.as_ref().zip(it.smoothing.as_ref()).filter(|_| passes > 0) {
-            Some(smoothed) => self.smoothing.smooth(pass, smoothed, on, link, passes),
+            Some(smoothed) => self.smoothing.smooth(pass, smoothed, on, job, passes),
             None => Ok(()),
         }
     }
 }
 
 /// Whether what an imprint changed is smoothed for another one that follows it on the same mesh.
-fn is_smoothed(links: &[Link], link: usize) -> bool {
-    links[link].smoothing.1 > 0 && links[link + 1..].iter().any(|later| later.target == links[link].target)
+fn is_smoothed(jobs: &[ImprintJob], job: usize) -> bool {
+    jobs[job].smoothing.1 > 0 && jobs[job + 1..].iter().any(|later| later.target == jobs[job].target)
 }
 
 /// Where the pieces of every target are on which something rises, and how many a triangle has. And how many there are.
-fn places(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<[u32; 2]>, usize) {
+fn places(targets: &[TriangleTarget<'_>], jobs: &[ImprintJob]) -> (Vec<[u32; 2]>, usize) {
     let mut count = 0;
     let each = targets.iter().enumerate().map(|(index, target)| {
-        if !links.iter().any(|link| link.target == index && link.rising.is_some()) {
+        if !jobs.iter().any(|job| job.target == index && job.rising.is_some()) {
             return [0; 2];
         }
         let field = target.object.displacement().field();
@@ -359,10 +359,10 @@ fn places(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<[u32; 2]>, usi
 }
 
 /// Where the slots of every target are that several imprints meet, see `triangle_imprint_slot.wgsl`, and how many there are.
-fn slots(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<Option<Slots>>, usize) {
+fn slots(targets: &[TriangleTarget<'_>], jobs: &[ImprintJob]) -> (Vec<Option<Slots>>, usize) {
     let mut count = 0;
     let each = targets.iter().enumerate().map(|(index, target)| {
-        if links.iter().filter(|link| link.target == index).count() < 2 {
+        if jobs.iter().filter(|job| job.target == index).count() < 2 {
             return None;
         }
         let field = target.object.displacement().field();
@@ -374,16 +374,16 @@ fn slots(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<Option<Slots>>,
 }
 
 /// What the imprints did, from what was read back.
-fn casts(links: &[Link], told: &[Told], records: &[Record], moved: &[[f32; 2]]) -> Vec<TriangleCast> {
+fn casts(jobs: &[ImprintJob], told: &[JobCounters], records: &[Record], moved: &[[f32; 2]]) -> Vec<TriangleCast> {
     let moved = moved.iter().copied().chain(std::iter::repeat([0.0; 2]));
     let mut order: Vec<(&Record, [f32; 2])> = records.iter().zip(moved).collect();
     let part = |record: &Record| record.block() & !SETTLED;
     let is_settled = |record: &Record| record.block() & SETTLED != 0;
-    order.sort_unstable_by_key(|(record, _)| (record.link(), record.tile, part(record), is_settled(record)));
+    order.sort_unstable_by_key(|(record, _)| (record.job(), record.tile, part(record), is_settled(record)));
     let mut order = &order[..];
-    let mut all = Vec::with_capacity(links.len());
-    for (index, (link, told)) in links.iter().zip(told).enumerate() {
-        let (own, rest) = order.split_at(order.partition_point(|(record, _)| record.link() <= index as u32));
+    let mut all = Vec::with_capacity(jobs.len());
+    for (index, (job, told)) in jobs.iter().zip(told).enumerate() {
+        let (own, rest) = order.split_at(order.partition_point(|(record, _)| record.job() <= index as u32));
         order = rest;
         let pressed = own.iter().map(|(record, _)| {
             let mut values = [f16::ZERO; BLOCK_KNOTS];
@@ -396,7 +396,7 @@ fn casts(links: &[Link], told: &[Told], records: &[Record], moved: &[[f32; 2]]) 
             }
         });
         // Of records that are no edits nothing is known.
-        let edited = own.iter().filter(|(record, _)| link.rising.is_some() && record.changed > 0);
+        let edited = own.iter().filter(|(record, _)| job.rising.is_some() && record.changed > 0);
         let edited: Vec<_> = edited.map(|(record, moved)| (record.tile, volumes(*moved))).collect();
         let by_face = edited.chunk_by(|(a, _), (b, _)| a == b);
         all.push(TriangleCast {
@@ -404,7 +404,7 @@ fn casts(links: &[Link], told: &[Told], records: &[Record], moved: &[[f32; 2]]) 
             faces: told.tiles.into(),
             tested: told.tested.into(),
             clamped: told.clamped.into(),
-            triangles: link.triangles,
+            triangles: job.triangles,
             volumes: by_face.map(|of| (of[0].0, of.iter().map(|(_, volumes)| *volumes).sum())).collect(),
         });
     }

@@ -69,25 +69,25 @@ impl BoundRim {
         (slots, records): (&Buffer<u32>, &Buffer<Record>),
         (faces, beside): (&wgpu::Buffer, [&wgpu::Buffer; 3]),
     ) -> Result<Self> {
-        let Shared { links, arguments, told, .. } = &stages.around;
-        let from = [links.wgpu(), faces, shared.arguments.wgpu()];
+        let Shared { jobs, arguments, told, .. } = &stages.around;
+        let from = [jobs.wgpu(), faces, shared.arguments.wgpu()];
         let to = [stages.listed.wgpu(), arguments.wgpu(), told.wgpu()];
         let bound = [&stages.own(shared, voxels, slots, records)[..], &beside].concat();
         Ok(Self { listing: device.bind_as(&LISTING, &[from, to].concat())?, own: device.bind_as(&own(), &bound)? })
     }
 
-    /// Records that the pieces of the listed triangles are gathered, before imprint `link` is made.
+    /// Records that the pieces of the listed triangles are gathered, before imprint `job` is made.
     pub fn gather(
         &self,
         pass: &mut Pass<'_>,
         (stages, kernels): (&RimStages, &RimMesh),
         (mesh, values): (&DeviceMesh, &DeviceTriangles),
-        link: usize,
+        job: usize,
     ) -> Result<()> {
-        let links = step(link..link + 1);
+        let jobs = step(job..job + 1);
         let faces = groups((mesh.face_count() as u32).div_ceil(GROUP));
-        pass.run(&kernels.list, &[&self.listing], bytemuck::bytes_of(&links), faces)?;
-        stages.run(pass, &kernels.gather, &[&self.own, mesh.group(), values.group(), &stages.state], link)
+        pass.run(&kernels.list, &[&self.listing], bytemuck::bytes_of(&jobs), faces)?;
+        stages.run(pass, &kernels.gather, &[&self.own, mesh.group(), values.group(), &stages.state], job)
     }
 
     /// Records that a rim rises, after the imprint was made.
@@ -96,10 +96,10 @@ impl BoundRim {
         pass: &mut Pass<'_>,
         (stages, kernels): (&RimStages, &RimMesh),
         (mesh, values): (&DeviceMesh, &DeviceTriangles),
-        link: usize,
+        job: usize,
     ) -> Result<()> {
         let groups = [&self.own, mesh.group(), values.group(), &stages.state];
-        stages.raise(pass, &kernels.raise, &groups, link)?;
-        stages.run(pass, &kernels.note, &groups, link)
+        stages.raise(pass, &kernels.raise, &groups, job)?;
+        stages.run(pass, &kernels.note, &groups, job)
     }
 }

@@ -11,7 +11,7 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, Kernel
 use relievo_surface::{DeviceMesh, MESH_GROUP};
 use relievo_tiles::triangle::{DeviceTriangles, TRIANGLES_GROUP};
 
-use super::link::MAX_LINKS;
+use super::job::MAX_JOBS;
 use super::shared::step;
 use crate::channels::knots::BLOCK_KNOTS;
 
@@ -68,7 +68,7 @@ pub(super) struct BoundMesh {
 /// The buffers that smoothing shares with the rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beside<'a> {
-    pub links: &'a wgpu::Buffer,
+    pub jobs: &'a wgpu::Buffer,
     pub held: &'a wgpu::Buffer,
     pub slots: &'a wgpu::Buffer,
     pub told: &'a wgpu::Buffer,
@@ -113,7 +113,7 @@ impl TriangleSmoothing {
     /// Without room for values. Fails where the device has none.
     pub fn new(device: &Device) -> Result<Self> {
         let worked = Buffer::new(device, "values to smooth", 1)?;
-        let arguments = Buffer::new(device, "arguments of smoothing", STAGE * MAX_LINKS)?;
+        let arguments = Buffer::new(device, "arguments of smoothing", STAGE * MAX_JOBS)?;
         Ok(Self { worked, arguments, capacity: 0 })
     }
 
@@ -149,8 +149,8 @@ impl TriangleSmoothing {
 
     /// Binds a mesh. Fails where the device does.
     pub fn bind(&self, device: &Device, mesh: &SmoothedMesh, beside: Beside<'_>) -> Result<BoundMesh> {
-        let Beside { links, held, slots, told, records } = beside;
-        let first = [links, held, mesh.marks.wgpu(), mesh.listed.wgpu(), self.arguments.wgpu(), slots, told];
+        let Beside { jobs, held, slots, told, records } = beside;
+        let first = [jobs, held, mesh.marks.wgpu(), mesh.listed.wgpu(), self.arguments.wgpu(), slots, told];
         let rest = [records, self.worked.wgpu()];
         Ok(BoundMesh {
             touching: device.bind_as(&TOUCHING, &first)?,
@@ -158,25 +158,25 @@ impl TriangleSmoothing {
         })
     }
 
-    /// Records that what imprint `link` changed of a mesh, whose values are these, is smoothed in so many passes.
+    /// Records that what imprint `job` changed of a mesh, whose values are these, is smoothed in so many passes.
     pub fn smooth(
         &self,
         pass: &mut Pass<'_>,
         (it, bound): (&SmoothedMesh, &BoundMesh),
         (mesh, values): (&DeviceMesh, &DeviceTriangles),
-        link: usize,
+        job: usize,
         passes: u32,
     ) -> Result<()> {
         let faces = groups((mesh.face_count() as u32).div_ceil(GROUP));
         for kernel in &it.find {
-            let links = step(link..link + 1);
-            pass.run(kernel, &[&bound.touching, mesh.group()], bytemuck::bytes_of(&links), faces)?;
+            let jobs = step(job..job + 1);
+            pass.run(kernel, &[&bound.touching, mesh.group()], bytemuck::bytes_of(&jobs), faces)?;
         }
         let bound = [&bound.smoothing, mesh.group(), values.group()];
         let [bring, spread, average, apply, settle] = [0, 1, 2, 3, 4].map(|kernel| &it.smooth[kernel]);
         let mut run = |kernel: &Kernel, round: usize| {
-            let links = step(link..link + round);
-            pass.run_indirect(kernel, &bound, bytemuck::bytes_of(&links), &self.arguments, STAGE * link + 1)
+            let jobs = step(job..job + round);
+            pass.run_indirect(kernel, &bound, bytemuck::bytes_of(&jobs), &self.arguments, STAGE * job + 1)
         };
         run(bring, 0)?;
         (0..REACH).try_for_each(|round| run(spread, round))?;

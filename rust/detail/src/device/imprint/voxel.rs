@@ -11,7 +11,7 @@ use relievo_gpu::wgsl::imprint_link::Step;
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
 
 use super::batches::Batch;
-use super::link::MAX_NARROW;
+use super::job::MAX_NARROW;
 use super::meshes::DeviceMeshes;
 use super::shared::{Shared, step};
 
@@ -85,8 +85,8 @@ impl Work {
         Ok(Self { kernel, buffers })
     }
 
-    fn run(&self, pass: &mut Pass<'_>, links: &Range<usize>, size: [u32; 3]) -> Result<()> {
-        pass.run(&self.kernel, &[&self.buffers], bytemuck::bytes_of(&step(links.clone())), size)
+    fn run(&self, pass: &mut Pass<'_>, jobs: &Range<usize>, size: [u32; 3]) -> Result<()> {
+        pass.run(&self.kernel, &[&self.buffers], bytemuck::bytes_of(&step(jobs.clone())), size)
     }
 }
 
@@ -119,22 +119,21 @@ impl DeviceVoxels {
         let turns = Buffer::new(device, "winding numbers", changes)?;
         let spans = Buffer::new(device, "columns", columns)?;
         let words = Buffer::new(device, "voxels", words)?;
-        let links = (Read, shared.links.wgpu());
+        let jobs = (Read, shared.jobs.wgpu());
         let told = (Write, shared.told.wgpu());
         let (mesh, indices) = ((Read, corners.wgpu()), (Read, meshes.triangles().wgpu()));
-        let bound =
-            [links, (Read, meshes.points().wgpu()), (Write, corners.wgpu()), told, (Write, shared.boxes.wgpu())];
+        let bound = [jobs, (Read, meshes.points().wgpu()), (Write, corners.wgpu()), told, (Write, shared.boxes.wgpu())];
         let snap = Work::new(device, ["imprint_snap", "snap"], &bound)?;
-        let bound = [links, mesh, indices, (Write, starts.wgpu()), told, (Write, sums.wgpu())];
+        let bound = [jobs, mesh, indices, (Write, starts.wgpu()), told, (Write, sums.wgpu())];
         let count = Work::new(device, ["imprint_count", "count"], &bound)?;
         let [arguments, candidates] = [&shared.arguments, &shared.candidates].map(|it| (Write, it.wgpu()));
-        let bound = [links, (Write, sums.wgpu()), arguments, told, candidates];
+        let bound = [jobs, (Write, sums.wgpu()), arguments, told, candidates];
         let arrange = Work::new(device, ["imprint_arrange", "arrange"], &bound)?;
-        let reads = [links, mesh, indices, (Read, starts.wgpu()), (Read, shared.arguments.wgpu())];
+        let reads = [jobs, mesh, indices, (Read, starts.wgpu()), (Read, shared.arguments.wgpu())];
         let bound = [&reads[..], &[(Write, turns.wgpu()), (Read, sums.wgpu())]].concat();
         let cross = Work::new(device, ["imprint_cross", "cross_columns"], &bound)?;
         let to = [(Write, words.wgpu()), (Write, spans.wgpu())];
-        let bound = [&[links, (Write, turns.wgpu()), (Read, shared.boxes.wgpu())], &to[..]].concat();
+        let bound = [&[jobs, (Write, turns.wgpu()), (Read, shared.boxes.wgpu())], &to[..]].concat();
         let resolve = Work::new(device, ["imprint_resolve", "resolve"], &bound)?;
         let _kept = (corners, [starts, sums], turns);
         let generation = meshes.generation();
@@ -177,18 +176,18 @@ impl DeviceVoxels {
 
     /// Records the voxelisation of a batch's colliders.
     pub fn fill(&self, pass: &mut Pass<'_>, shared: &Shared, batch: &Batch) -> Result<()> {
-        let Batch { links, most: [points, triangles], .. } = batch;
-        let count = links.len() as u32;
-        self.snap.run(pass, links, [points.div_ceil(GROUP), count, 1])?;
-        self.count.run(pass, links, [triangles.div_ceil(COUNTED), count, 1])?;
-        self.arrange.run(pass, links, [1, 1, 1])?;
+        let Batch { jobs, most: [points, triangles], .. } = batch;
+        let count = jobs.len() as u32;
+        self.snap.run(pass, jobs, [points.div_ceil(GROUP), count, 1])?;
+        self.count.run(pass, jobs, [triangles.div_ceil(COUNTED), count, 1])?;
+        self.arrange.run(pass, jobs, [1, 1, 1])?;
         for wave in &batch.waves {
             let Work { kernel, buffers } = &self.cross;
-            let links = step(wave.links.clone());
-            let chunks = Shared::chunks(wave.links.start);
-            pass.run_indirect(kernel, &[buffers], bytemuck::bytes_of(&links), &shared.arguments, chunks)?;
+            let jobs = step(wave.jobs.clone());
+            let chunks = Shared::chunks(wave.jobs.start);
+            pass.run_indirect(kernel, &[buffers], bytemuck::bytes_of(&jobs), &shared.arguments, chunks)?;
             let [x, y, _] = groups(wave.columns.div_ceil(GROUP));
-            self.resolve.run(pass, &wave.links, [x, y, wave.links.len() as u32])?;
+            self.resolve.run(pass, &wave.jobs, [x, y, wave.jobs.len() as u32])?;
         }
         Ok(())
     }
@@ -198,7 +197,7 @@ impl DeviceVoxels {
 mod tests {
     use super::*;
     use crate::device::imprint::batches::batches;
-    use crate::device::imprint::link::{Ground, Link, Words};
+    use crate::device::imprint::job::{Ground, ImprintJob, JobParams};
     use crate::device::imprint::meshes::Place;
     use crate::device::imprint::shared::{check, parse};
     use crate::geometry::grid::Grid;
@@ -210,7 +209,7 @@ mod tests {
     use crate::object::shapes::{self, Soup};
     use glam::{DAffine3, DMat3, DVec3, EulerRot};
     use relievo_core::Context;
-    use relievo_gpu::wgsl::imprint_link::Told;
+    use relievo_gpu::wgsl::imprint_link::JobCounters;
     use relievo_testing::device;
 
     /// Voxels of a collider, its box, and what was told.
@@ -219,7 +218,7 @@ mod tests {
         extrema: [u32; 6],
         spans: Vec<u32>,
         words: Vec<u32>,
-        told: Told,
+        told: JobCounters,
     }
 
     /// Voxelises on a device, twice: the first time leaves nothing behind that the second would count. `closed` is what
@@ -238,10 +237,10 @@ mod tests {
             meshes.points().write(device, 7, &[point]).unwrap();
         }
         let limits = ImprintSettings::default().limits();
-        let link = Link::of(0, collider, grid, &limits, side, collider.lattice(grid).unwrap());
-        let place = Place { closed, ..meshes.place(link.mesh).unwrap().clone() };
+        let job = ImprintJob::of(0, collider, grid, &limits, side, collider.lattice(grid).unwrap());
+        let place = Place { closed, ..meshes.place(job.mesh).unwrap().clone() };
         let ground = Ground { transform: &DAffine3::IDENTITY, tiles: 0, started: false, slots: None };
-        let mut words = [Words::new(&link, &place, &ground)];
+        let mut words = [JobParams::new(&job, &place, &ground)];
         let batches = batches(&mut words, &[0], 1 << 26).unwrap();
         let mut voxels = None;
         assert!(DeviceVoxels::prepare(&mut voxels, device, &shared, &meshes, batches[0].room).unwrap());
@@ -361,12 +360,12 @@ mod tests {
         let ground = Ground { transform: &DAffine3::IDENTITY, tiles: 0, started: false, slots: None };
         // The winding numbers of two grids at once, those of one, and no two grids in a batch.
         for (most, wanted) in [(20_000, [1, 3]), (8_500, [1, 5]), (1, [5, 1])] {
-            let mut words: Vec<Words> = (0..5)
+            let mut words: Vec<JobParams> = (0..5)
                 .map(|k| {
                     let grid = grid(k);
                     let lattice = colliders[k].lattice(&grid).unwrap();
-                    let link = Link::of(0, colliders[k], &grid, &limits, Side::Forward, lattice);
-                    Words::new(&link, meshes.place(link.mesh).unwrap(), &ground)
+                    let job = ImprintJob::of(0, colliders[k], &grid, &limits, Side::Forward, lattice);
+                    JobParams::new(&job, meshes.place(job.mesh).unwrap(), &ground)
                 })
                 .collect();
             let batches = batches(&mut words, &[0, 1, 0, 1, 1], most).unwrap();

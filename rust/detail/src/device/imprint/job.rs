@@ -19,7 +19,7 @@ use crate::imprint::settings::ImprintSettings;
 
 /// An imprint.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Link {
+pub(crate) struct ImprintJob {
     /// Which of the objects it is pressed into.
     pub target: usize,
     /// Which collider, how many triangles it has, and where it is.
@@ -41,7 +41,7 @@ pub(crate) struct Link {
 /// Voxels from the grid within which kernels place points, less what rounding takes.
 const FAR: f64 = 65_000.0;
 
-impl Link {
+impl ImprintJob {
     /// The imprint of `collider`, where it is now, on one of the targets. `None` where not all of it is near enough to the
     /// grid for a device: at a first touch voxels may be tiny.
     pub fn new(context: &Context, target: usize, collider: &Collider, grid: &Grid, limits: &Limits) -> Option<Self> {
@@ -95,10 +95,10 @@ impl Link {
 /// The parameters of an imprint for the kernels.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(crate) struct Words(imprint_link::Link);
+pub(crate) struct JobParams(imprint_link::Link);
 
 /// Imprints that are submitted together at most.
-pub(crate) const MAX_LINKS: usize = 64;
+pub(crate) const MAX_JOBS: usize = 64;
 
 /// Triangles of a collider of which no number can change a winding number by more than 16 bits hold.
 pub(super) const MAX_NARROW: u32 = i16::MAX as u32;
@@ -145,20 +145,20 @@ fn view(grid: &Grid, transform: &DAffine3) -> (VoxelFrame, [[f32; 4]; 3]) {
     (view, [0, 1, 2].map(row))
 }
 
-impl Words {
-    /// The parameters of `link`, whose collider is at `place`, for the kernels.
-    pub fn new(link: &Link, place: &Place, ground: &Ground<'_>) -> Self {
-        let Link { lattice: Lattice { rows, shift, scale, origin, offset }, grid, limits, .. } = link;
+impl JobParams {
+    /// The parameters of `job`, whose collider is at `place`, for the kernels.
+    pub fn new(job: &ImprintJob, place: &Place, ground: &Ground<'_>) -> Self {
+        let ImprintJob { lattice: Lattice { rows, shift, scale, origin, offset }, grid, limits, .. } = job;
         let (view, [x, y, z]) = view(grid, ground.transform);
         let flag = |condition: bool, flag: u32| if condition { flag } else { 0 };
-        let mirrored = (grid.map * link.transform).matrix3.determinant() < 0.0;
-        let flags = flag(link.side == Side::Backward, BACKWARD)
+        let mirrored = (grid.map * job.transform).matrix3.determinant() < 0.0;
+        let flags = flag(job.side == Side::Backward, BACKWARD)
             | flag(!place.closed, OPEN)
             | flag(mirrored, MIRRORED)
             | flag(ground.started, STARTED)
             | flag(ground.slots.is_some(), CHAINED)
             | flag(place.triangles.len() <= MAX_NARROW as usize, NARROW)
-            | flag(link.rising.is_some(), RISING);
+            | flag(job.rising.is_some(), RISING);
         let Slots { base, stride } = ground.slots.unwrap_or(Slots { base: 0, stride: 0 });
         Self(imprint_link::Link {
             lattice_x: rows[0],
@@ -196,7 +196,7 @@ impl Words {
             first_word: 0,
             next: NONE,
             wave: 0,
-            strength: link.smoothing.0,
+            strength: job.smoothing.0,
             block_words: 0,
             blocks: 0,
             parts: 0,
