@@ -15,7 +15,7 @@ use relievo_scene::showing::Showing;
 use relievo_surface::bezier::{BezierSurface, Levels, MAX_LEVEL};
 
 use crate::Outcome;
-use crate::args::device::Device as Kind;
+use crate::args::device::{Adapter, Device as Kind};
 use crate::args::viewpoint::Axis;
 
 #[derive(clap::Args)]
@@ -56,9 +56,8 @@ pub struct Arguments {
     /// What draws.
     #[arg(long, value_enum, default_value = "gpu")]
     device: Kind,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     /// The axis that points up.
     #[arg(long, value_enum, default_value = "z")]
     up: Axis,
@@ -94,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
             .into());
     }
     let context = crate::context(arguments.memory_limit)?;
-    let device = crate::args::device::device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?;
+    let device = arguments.adapter.open(arguments.device, arguments.memory_limit)?;
     let is_mesh = surface::is_document(&arguments.file) || !relievo_meshio::holds_patches(&arguments.file)?;
     let frame = match is_mesh {
         true => surface::drawn(&context, arguments, device.as_ref())?,

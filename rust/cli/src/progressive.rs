@@ -19,7 +19,7 @@ use serde_json::json;
 use self::edits::Change;
 use self::picture::{Drawing, Panel};
 use crate::Outcome;
-use crate::args::device::Device as Kind;
+use crate::args::device::{Adapter, Device as Kind};
 use crate::args::limits::Limits;
 use crate::bar::Bar;
 use crate::mesh::simplify::{Attributes, SEAMS, faces};
@@ -142,9 +142,8 @@ struct Edit {
     /// What makes the edits. The processor makes strokes in any case. Edits on a graphics device are not kept in a journal.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Kind,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     #[command(flatten)]
     limits: Limits,
 }
@@ -409,8 +408,7 @@ fn export(arguments: &Export) -> Outcome {
 
 fn edit(arguments: &Edit) -> Outcome {
     let context = arguments.limits.context()?;
-    let device =
-        crate::args::device::device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?;
+    let device = arguments.adapter.open(arguments.device, arguments.limits.memory_limit)?;
     let list = (&*arguments.script, self::edits::read(&context, &arguments.script, arguments.moment.time)?);
     let mesh = Arc::new(Progressive::open(&context, &arguments.file, usize::MAX)?);
     let mut journal = arguments.output.clone().into_os_string();

@@ -18,6 +18,7 @@ use relievo_view::model::{self, Opening, Session, SurfaceKind};
 use relievo_view::show::{self, Subject};
 
 use crate::Outcome;
+use crate::args::device::{Adapter, Device};
 use crate::args::limits::Limits;
 use crate::args::viewpoint::Axis;
 
@@ -81,9 +82,8 @@ pub struct Arguments {
     /// The axis that points up; left out, y for crowds, what a scene says, and z for all else.
     #[arg(long, value_enum)]
     up: Option<Axis>,
-    /// A part of the name of the graphics device that draws; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     /// Play the acts of a file, as a mouse and a keyboard would do them, and close the window.
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
@@ -110,8 +110,9 @@ fn cells(text: &str) -> std::result::Result<u32, String> {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let script = arguments.script.as_deref().map(Script::read).transpose()?;
-    let (kind, adapter) = (crate::args::device::Device::Gpu, arguments.adapter.as_deref());
-    let device = crate::args::device::device(kind, adapter, arguments.limits.memory_limit)?
+    let device = arguments
+        .adapter
+        .open(Device::Gpu, arguments.limits.memory_limit)?
         .ok_or_else(|| Error::new(ErrorKind::Device, "there is no graphics device to draw with"))?;
     let context = arguments.limits.context()?;
     let axis = |axis: Axis| match axis {

@@ -16,7 +16,7 @@ use relievo_scene::walking::{DeviceStandIns, Look, StandIns, with_shadows};
 
 use super::scene::{Scene, SceneArguments};
 use crate::Outcome;
-use crate::args::device::Device as Kind;
+use crate::args::device::{Adapter, Device as Kind};
 
 const EXAMPLE: &str = "Example: relievo crowd render robot.rcrowd --square 1000 -o crowd.png --show clusters";
 
@@ -43,9 +43,8 @@ pub struct Arguments {
     /// What cuts, poses and draws the crowd. On a graphics device suns throw shadows by maps, and nothing hides the sky.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Kind,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
 }
 
 /// What a picture shows.
@@ -94,11 +93,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     view.settings.wireframe = Switch(u32::from(arguments.wireframe));
     view.settings.false_color = 1.0;
     view.false_color = Some(FalseColor { palette: palette(arguments.show) });
-    let device = crate::args::device::device(
-        arguments.device,
-        arguments.adapter.as_deref(),
-        arguments.scene.limits.memory_limit,
-    )?;
+    let device = arguments.adapter.open(arguments.device, arguments.scene.limits.memory_limit)?;
     if arguments.unshadowed {
         (view.settings.shadows, view.settings.sky_rays) = (Switch::OFF, 0);
     }

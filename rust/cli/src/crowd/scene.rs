@@ -16,7 +16,7 @@ use relievo_render::Camera;
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::args::device::Device as Kind;
+use crate::args::device::{Adapter, Device as Kind};
 use crate::args::limits::Limits;
 use crate::args::numbers::vector;
 
@@ -34,9 +34,8 @@ pub struct ViewArguments {
     /// occlusion it leaves out fewer agents, because it compares wider boxes with coarser depths.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Kind,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     /// Print JSON for programs.
     #[arg(long)]
     json: bool,
@@ -366,7 +365,7 @@ impl Shown {
 pub fn run(arguments: &ViewArguments) -> Outcome {
     let mut scene = arguments.scene.open()?;
     let memory = arguments.scene.limits.memory_limit;
-    if let Some(device) = crate::args::device::device(arguments.device, arguments.adapter.as_deref(), memory)? {
+    if let Some(device) = arguments.adapter.open(arguments.device, memory)? {
         scene.on_device = Some(OnDevice::new(&device, &scene.crowd, arguments.scene.occlusion)?);
     }
     let (mut text, mut values) = (String::new(), Vec::new());

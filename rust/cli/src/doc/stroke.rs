@@ -7,7 +7,7 @@ use relievo_core::{Context, ContextOptions};
 use relievo_scene::replay::{Replay, replay};
 
 use crate::Outcome;
-use crate::args::device::Device as Kind;
+use crate::args::device::{Adapter, Device as Kind};
 use crate::args::limits::Isolation;
 use crate::bar::Bar;
 
@@ -29,9 +29,8 @@ pub struct Arguments {
     /// What makes dabs. What a graphics device does not do, the processor does.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Kind,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     #[command(flatten)]
     isolation: Isolation,
     /// Threads; 0 for one per core. Results do not depend on it.
@@ -55,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         document: arguments.document.clone(),
         outputs: arguments.out.clone(),
         allowed: arguments.allow_path.clone(),
-        device: crate::args::device::device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?,
+        device: arguments.adapter.open(arguments.device, arguments.memory_limit)?,
     };
     let (done, notes) = replay(&context, &wanted, &mut Bar::new())?;
     for note in &notes {

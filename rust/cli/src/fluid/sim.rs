@@ -13,7 +13,7 @@ use relievo_simulation::{Description, Making, Simulation};
 use super::files::beside;
 use super::statistics::{NAME, Row, Statistics};
 use crate::Outcome;
-use crate::args::device::{Device, device};
+use crate::args::device::{Adapter, Device};
 use crate::args::limits::Limits;
 
 /// The name of the file that a run goes on from whose frames have no state.
@@ -40,9 +40,8 @@ pub struct Arguments {
     /// sinks.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Device,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     #[command(flatten)]
     limits: Limits,
 }
@@ -273,7 +272,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         format: arguments.format.format(),
         parts: arguments.sub_frames,
         restarts: arguments.restart,
-        device: device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?,
+        device: arguments.adapter.open(arguments.device, arguments.limits.memory_limit)?,
     };
     let length = u64::from(description.frames) * u64::from(arguments.sub_frames);
     let done = run.go(&context, description, &mut super::frames::FrameBar::new(length)?)?;

@@ -10,7 +10,7 @@ use relievo_fluid::{Surface, SurfaceFunction, Visibility, classify, classify_on}
 use relievo_gpu::Device as GraphicsDevice;
 use relievo_particleio::{Channel, Particles, frame_bytes};
 
-use crate::args::device::{Device, device};
+use crate::args::device::{Adapter, Device};
 
 /// The channel that tells blind particles, 1, from those at the surface, 0.
 const BLIND: &str = "blind";
@@ -69,9 +69,8 @@ pub struct Options {
     /// anisotropic kernels.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Device,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     /// The spacing that was estimated for a file without one.
     #[arg(skip)]
     estimated: OnceCell<f32>,
@@ -130,7 +129,7 @@ impl Options {
     /// The graphics device that was asked for; none for the processor.
     pub fn device(&self, context: &Context) -> Result<Option<&GraphicsDevice>> {
         if self.opened.get().is_none() {
-            let opened = device(self.device, self.adapter.as_deref(), context.memory_limit())?;
+            let opened = self.adapter.open(self.device, context.memory_limit())?;
             return Ok(self.opened.get_or_init(|| opened).as_ref());
         }
         Ok(self.opened.get().and_then(Option::as_ref))

@@ -13,7 +13,7 @@ use relievo_render::{Camera, Image, Lights, Picture};
 use super::picture::{Options, summary};
 use super::source::Source;
 use crate::Outcome;
-use crate::args::device::{Device, device};
+use crate::args::device::{Adapter, Device};
 use crate::args::limits::Limits;
 use crate::args::numbers::vector;
 
@@ -53,9 +53,8 @@ pub struct Arguments {
     /// What draws the foam.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Device,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     #[command(flatten)]
     limits: Limits,
 }
@@ -82,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         width: picture.color.width(),
         height: picture.color.height(),
     };
-    let device = device(arguments.device, arguments.adapter.as_deref(), context.memory_limit())?;
+    let device = arguments.adapter.open(arguments.device, context.memory_limit())?;
     let start = Instant::now();
     let executors = (&context, device.as_ref());
     let layers = arguments.options.layers(executors, &mut foam, view, &scenery, &Lights::default())?;

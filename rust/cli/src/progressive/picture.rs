@@ -11,7 +11,7 @@ use relievo_render::virtual_vertex::{DeviceMesh, IndirectMesh, Placed, Rasterize
 use relievo_render::{Image, Material, Mesh, Scene, View, write_png};
 use relievo_scene::showing::Showing;
 
-use crate::args::device::Device as Kind;
+use crate::args::device::{Adapter, Device as Kind};
 use crate::args::viewpoint::Axis;
 
 #[derive(clap::Args)]
@@ -32,9 +32,8 @@ pub struct Drawing {
     /// What makes the level of the picture and draws it. Edits are made by the processor.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Kind,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
 }
 
 /// Colours that anyone can tell apart (Okabe, Ito 2008).
@@ -62,7 +61,7 @@ impl Drawing {
 
     /// The graphics device that is to draw, if one is.
     pub fn device(&self, memory_limit: u64) -> Result<Option<Device>> {
-        crate::args::device::device(self.device, self.adapter.as_deref(), memory_limit)
+        self.adapter.open(self.device, memory_limit)
     }
 
     /// Draws meshes side by side, all from where the first and the last of them are in view, on a graphics device or by

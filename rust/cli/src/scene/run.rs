@@ -10,7 +10,7 @@ use relievo_scene::stepper::{Run, RunOptions};
 
 use super::folder::folder_of;
 use crate::Outcome;
-use crate::args::device::{Device, device};
+use crate::args::device::{Adapter, Device};
 use crate::args::numbers::frames;
 
 /// Bytes of meshes from which a run says how many there will be.
@@ -29,9 +29,8 @@ pub struct Arguments {
     /// What makes imprints and evaluates dabs that sculpt. What a graphics device does not do, the processor does.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Device,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     /// Threads; 0 for one per core. Results do not depend on it.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -58,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         frames: arguments.frames,
         allowed: arguments.allow_path.clone(),
         rebake: arguments.rebake,
-        device: device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?,
+        device: arguments.adapter.open(arguments.device, arguments.memory_limit)?,
     };
     let bar = bar();
     let mut progress = |fraction: f32, stage: &str| {

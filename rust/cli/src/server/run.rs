@@ -10,7 +10,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use crate::Outcome;
-use crate::args::device::{Device, device};
+use crate::args::device::{Adapter, Device};
 
 const EXAMPLE: &str = "Example: relievo server run --cache-limit 100G";
 
@@ -42,9 +42,8 @@ pub struct Arguments {
     /// emitters and sinks; foam is simulated by the processor.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Device,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     /// Threads that simulate; 0 for one per core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -102,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
             ..Limits::default()
         },
     };
-    let device = device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?;
+    let device = arguments.adapter.open(arguments.device, arguments.memory_limit)?;
     let mut server = Server::start(options, vec![Box::new(FluidKind { device }), Box::new(FoamKind)])?;
     crate::print(&format!("listening at {}\n", server.address()))?;
     if let Some(metrics) = server.metrics() {

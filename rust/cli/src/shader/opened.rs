@@ -9,6 +9,7 @@ use relievo_shaderlab::{
     Texture, Volume,
 };
 
+use crate::args::device::{Adapter, Device};
 use crate::args::limits::Limits;
 
 #[derive(clap::Args)]
@@ -52,9 +53,8 @@ pub struct Options {
     /// Divide each feature by the range that it has over the examples.
     #[arg(long)]
     scaled: bool,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     #[command(flatten)]
     limits: Limits,
 }
@@ -147,12 +147,10 @@ impl Options {
         }
         let stated = Some(project.size).filter(|size| !size.contains(&0));
         let size = self.size.or(stated).or(image_size).unwrap_or([640, 480]);
-        let device = crate::args::device::device(
-            crate::args::device::Device::Gpu,
-            self.adapter.as_deref(),
-            self.limits.memory_limit,
-        )?
-        .ok_or_else(|| Error::internal("no graphics device was opened"))?;
+        let device = self
+            .adapter
+            .open(Device::Gpu, self.limits.memory_limit)?
+            .ok_or_else(|| Error::internal("no graphics device was opened"))?;
         Ok(Begun { project, inputs, size, device })
     }
 

@@ -11,7 +11,7 @@ use relievo_tissue::{SavedState, Simulation};
 
 use super::Limits;
 use crate::Outcome;
-use crate::args::device::{Device, device};
+use crate::args::device::{Adapter, Device};
 use crate::bar::Bar;
 
 const EXAMPLE: &str = "Example: relievo tissue sim examples/tissue/press.toml -o frames\n\n\
@@ -41,9 +41,8 @@ pub struct Arguments {
     /// processor does.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Device,
-    /// A part of the name of the graphics device; left out, the best there is.
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    adapter: Adapter,
     #[command(flatten)]
     limits: Limits,
 }
@@ -80,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let model = super::model(&context, &motion.model())?;
     let identity = motion.identity(&context, &model).map_err(named)?;
     let mut simulation = motion.begin(&context, model).map_err(named)?;
-    let device = device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?;
+    let device = arguments.adapter.open(arguments.device, arguments.limits.memory_limit)?;
     simulation.use_device(device.as_ref());
     if let Some(reason) = simulation.device_refusal() {
         eprintln!("note: the processor takes the steps, for {reason}");
