@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Mat4, Vec3};
-use relievo_gpu::wgsl::shade::{ObjectBlock, ViewBlock};
+use relievo_gpu::wgsl::shade::{ObjectBlock, SunBlock, ViewBlock};
 
 use super::placed::Placed;
 use crate::camera::Camera;
@@ -120,6 +120,7 @@ pub(super) fn view_block(view: &View, scale: f32, shadows: &[(DMat4, f64)]) -> V
         line_color: view.line_color,
         sun_count: view.lights.suns.len().min(SUNS) as u32,
         false_color: view.settings.false_color,
+        suns: [SunBlock::default(); SUNS],
         ..ViewBlock::default()
     };
     for (into, mean) in block.sky.iter_mut().zip(ClearSky::new(sky).means()) {

@@ -204,8 +204,7 @@ impl TriangleBrush {
                 if !looks_beside {
                     return Ok(());
                 }
-                let mut work = Edit::default();
-                work.room = room;
+                let work = Edit { room, ..Edit::default() };
                 let groups = [events.editing(), groups[0], groups[1], groups[2]];
                 let mut pass = frame.pass("dab.keep");
                 let header = &events.memory().header;

@@ -41,7 +41,7 @@ impl DeviceLevel {
                 moves.places.set(node, received(&place));
             }
             for (split, [first, second]) in (0..).zip(gathered(device, notes)?.as_chunks::<2>().0) {
-                moves.built.set(split, received(&first).zip(received(&second)).map(|(first, second)| [first, second]));
+                moves.built.set(split, received(first).zip(received(second)).map(|(first, second)| [first, second]));
             }
             active.moves = Some(moves);
         }
