@@ -331,18 +331,14 @@ static void check_blends(RlvContext context, RlvCrowdModel model) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_with_blend(model, 1, NULL), "out");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_crowd_model_with_blend(model, 2, &job), "blend");
     CHECK(dual.id == 0 && job.id == 0);
-    CHECK_OK(rlv_crowd_model_with_blend(model, RLV_CROWD_BLEND_DUAL_QUATERNION, &dual));
+    CHECK_OK(rlv_job_crowd_model_with_blend(model, RLV_CROWD_BLEND_DUAL_QUATERNION, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_crowd_model(job, &dual));
+    CHECK_OK(rlv_job_release(job));
     CHECK_OK(rlv_crowd_model_info(model, &info));
     CHECK_OK(rlv_crowd_model_info(dual, &other));
     CHECK(info.blend == RLV_CROWD_BLEND_LINEAR && other.blend == RLV_CROWD_BLEND_DUAL_QUATERNION);
     CHECK(other.largest_error > info.largest_error && other.triangle_count == info.triangle_count);
-    CHECK_OK(rlv_job_crowd_model_with_blend(model, RLV_CROWD_BLEND_DUAL_QUATERNION, &job));
-    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
-    CHECK_OK(rlv_job_crowd_model(job, &again));
-    CHECK_OK(rlv_crowd_model_info(again, &info));
-    CHECK(memcmp(&info, &other, sizeof info) == 0);
-    CHECK_OK(rlv_job_release(job));
-    CHECK_OK(rlv_crowd_model_release(again));
     /* Errors hold for both ways from then on. A host with an older header gets no blend. */
     CHECK_OK(rlv_crowd_model_with_blend(dual, RLV_CROWD_BLEND_LINEAR, &again));
     CHECK_OK(rlv_crowd_model_info(again, &info));
