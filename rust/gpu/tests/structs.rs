@@ -183,8 +183,6 @@ fn layouts_are_those_of_the_compiler() {
 
 /// Files whose twins of WGSL structs are written by hand.
 const BY_HAND: &[&str] = &[
-    "crowd/src/device/occlusion.rs",
-    "crowd/src/device/pose.rs",
     // A type of the crate's interface with functions of its own, which compares the layouts.
     "surface/src/place.rs",
 ];

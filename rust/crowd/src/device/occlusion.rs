@@ -10,8 +10,8 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Error, Result};
+use relievo_gpu::wgsl::crowd_occlusion::{Call, Level};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Readback, groups};
 use relievo_render::Camera;
 use relievo_render::virtual_vertex::DepthMap;
@@ -30,35 +30,22 @@ const TRIANGLE: u64 = 128;
 const DEPTHS: u64 = 112;
 const PIXEL: u64 = 4;
 
-/// As in the kernels.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Call {
-    agents: u32,
-    planes: u32,
-    options: u32,
-    stride: u32,
-    level: u32,
-    draws: u32,
-    removes: u32,
-}
-
-/// Levels of a pyramid: where each begins, its width and its height.
+/// Levels of a pyramid.
 #[derive(Debug)]
 struct Pyramid {
     size: [u32; 2],
-    sizes: Vec<[u32; 3]>,
-    levels: Buffer<[u32; 3]>,
+    sizes: Vec<Level>,
+    levels: Buffer<Level>,
     numbers: Buffer<f32>,
 }
 
 impl Pyramid {
     fn new(device: &Device, size: [u32; 2]) -> Result<Self> {
-        let mut sizes = vec![[0, size[0], size[1]]];
+        let mut sizes = vec![Level { first: 0, width: size[0], height: size[1] }];
         let (mut next, mut total) = (size, 0);
         while next != [1, 1] {
             next = next.map(|side| side.div_ceil(2));
-            sizes.push([total, next[0], next[1]]);
+            sizes.push(Level { first: total, width: next[0], height: next[1] });
             total += next[0] * next[1];
         }
         Ok(Self {
@@ -278,7 +265,7 @@ impl DeviceOcclusion {
         let bound = bindings.each_ref();
         let [reduce, test_agents, _] = &self.kernels;
         let mut pass = frame.pass("crowd occlusion");
-        for (level, [_, width, height]) in (0..).zip(&pyramid.sizes).skip(1) {
+        for (level, Level { width, height, .. }) in (0..).zip(&pyramid.sizes).skip(1) {
             let count = (width * height).div_ceil(GROUP);
             pass.run(reduce, &bound, bytemuck::bytes_of(&self.call(on, level, 0)), groups(count))?;
         }

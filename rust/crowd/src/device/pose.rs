@@ -8,9 +8,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
+use relievo_gpu::wgsl::crowd_pose::{Call, ClusterVertex, Vertex};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, groups};
 use relievo_render::virtual_vertex::{INSTANCE_TAG, PosedMesh};
 
@@ -26,45 +26,6 @@ use crate::view::CrowdView;
 const ROOM: [u32; 2] = [1 << 12, 3 << 12];
 /// What has no line at any corner.
 const NO_CORNER: u32 = 3;
-
-/// As in the kernels.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Call {
-    agents: u32,
-    draws: u32,
-    posed: u32,
-    corners: u32,
-    which: u32,
-    pass_number: u32,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct VertexRow {
-    p: [f32; 3],
-    bones: u32,
-    normal: [f32; 3],
-    more_bones: u32,
-    weights: [f32; 4],
-    first_offset: u32,
-    end_offset: u32,
-    padding: [u32; 2],
-}
-
-/// A vertex of a cluster: which of all vertices, its tag and corner as [`relievo_render::virtual_vertex::PosedVertex`] has them, and
-/// where it goes.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
-struct ClusterVertex {
-    vertex: u32,
-    tag: u32,
-    corner: u32,
-    /// The vertex that it moves to; itself if it stays.
-    target: u32,
-}
-
-const _: () = assert!(size_of::<VertexRow>() == 64 && size_of::<ClusterVertex>() == 16);
 
 /// How clusters look on a device.
 #[derive(Clone, Copy)]
@@ -98,7 +59,7 @@ pub struct DevicePoser {
 #[derive(Debug)]
 struct Models {
     clusters: Buffer<[u32; 2]>,
-    vertices: Buffer<VertexRow>,
+    vertices: Buffer<Vertex>,
     cluster_vertices: Buffer<ClusterVertex>,
     indices: Buffer<u32>,
     offsets: Buffer<[f32; 4]>,
@@ -125,7 +86,7 @@ impl Models {
                 let first_offset = offsets.len() as u32;
                 let row = |MorphOffset { morph, offset: [x, y, z] }: &MorphOffset| [*x, *y, *z, f32::from_bits(*morph)];
                 offsets.extend(character.morphs.of(index).iter().map(row));
-                vertices.push(VertexRow {
+                vertices.push(Vertex {
                     p: *p,
                     bones: a | b << 16,
                     normal: normals.and_then(|normals| normals.get(index)).copied().unwrap_or_default(),
@@ -144,8 +105,8 @@ impl Models {
                     let tag = look.tag.map_or(INSTANCE_TAG, |tag| tag(model, number, *material));
                     for (vertex, corner) in triangle.iter().zip(0..) {
                         let corner = if look.lines { corner } else { NO_CORNER };
-                        let target = first_vertex + model.target(number, *vertex).unwrap_or(*vertex);
-                        let found = ClusterVertex { vertex: first_vertex + vertex, tag, corner, target };
+                        let target_vertex = first_vertex + model.target(number, *vertex).unwrap_or(*vertex);
+                        let found = ClusterVertex { vertex: first_vertex + vertex, tag, corner, target_vertex };
                         indices.push(*known.entry(found).or_insert_with(|| {
                             cluster_vertices.push(found);
                             (cluster_vertices.len() - first - 1) as u32
