@@ -190,7 +190,7 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
     fails(
         at,
         &["crowd", "view", "both.rcrowd", "--square", "9", "--blend", "dual", "--budget", "1"],
-        "cannot be used with",
+        "leave out --budget",
     );
     std::fs::write(at.join("agents.txt"), "# x y z heading scale clip phase\n0 0 0 0 1 nod 0.5\n2 0 0 90 1.5 bow 0\n")
         .unwrap();
@@ -490,7 +490,8 @@ fn clusters_are_read_while_a_crowd_is_viewed() {
     let frames = view(&["--budget", "1", "--read", "8", "--frames", "30", "--step", "0"]);
     let number = |frame: &Value, key: &str| frame[key].as_u64().unwrap();
     let frames = frames.as_array().unwrap();
-    assert!(number(&frames[0], "read_clusters") == 8 && number(&frames[0], "missing_clusters") > 0, "{frames:?}");
+    assert!(frames.iter().all(|frame| number(frame, "read_clusters") <= 8), "{frames:?}");
+    assert!(number(&frames[0], "read_clusters") > 0 && number(&frames[0], "missing_clusters") > 0, "{frames:?}");
     assert!(number(&frames[0], "triangles") < number(&whole, "triangles"));
     assert_eq!(frames[0]["wanted_triangles"], whole["triangles"]);
     // In the end the cut is there.

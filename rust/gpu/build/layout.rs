@@ -4,7 +4,7 @@ use super::wgsl::{Module, Struct, Type};
 
 /// A field with its place.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Placed {
+pub struct PlacedField {
     pub comment: Vec<String>,
     pub name: String,
     /// The type in Rust, whose alignment is that of a word.
@@ -18,7 +18,7 @@ pub struct Placed {
 /// A struct with the places of its fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    pub fields: Vec<Placed>,
+    pub fields: Vec<PlacedField>,
     /// Bytes, a multiple of the alignment.
     pub size: u32,
     pub align: u32,
@@ -54,8 +54,8 @@ impl Modules {
         None
     }
 
-    /// Returns the structs of which host and shader share values, with their modules, in the order of both: those that
-    /// variables of modules hold, and those in them, except for structs that end with an array as long as its buffer.
+    /// Returns the structs of which host and shader share values, with their modules, in the order of both: structs that
+    /// variables of modules hold, and structs in these, except where one ends with an array as long as its buffer.
     ///
     /// # Errors
     /// Names the file and line of a type that is not known or cannot be shared.
@@ -111,7 +111,7 @@ impl Modules {
             layout.size = offset + field.size.unwrap_or(measure.size);
             layout.align = layout.align.max(align);
             let (rust, size) = (measure.rust, measure.rust_size);
-            layout.fields.push(Placed { comment: field.comment, name: field.name, rust, offset, size });
+            layout.fields.push(PlacedField { comment: field.comment, name: field.name, rust, offset, size });
         }
         layout.size = layout.size.next_multiple_of(layout.align);
         Ok(layout)

@@ -7,7 +7,7 @@ use relievo_core::{Error, Result};
 use relievo_crowd::{Crowd, Stream};
 
 use crate::border::array::{Input, Output, Plain, present, put, text};
-use crate::border::descriptor::{read_descriptor, write_descriptor};
+use crate::border::descriptor::{read_optional, write_descriptor};
 use crate::border::registry;
 use crate::runtime::context::RlvContext;
 use crate::scenery::crowd::{CrowdModelObject, CrowdObject, RlvCrowd, RlvCrowdModel};
@@ -91,7 +91,7 @@ entry! {
         present("out", out)?;
         let context = registry::get(context)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let settings = unsafe { read_descriptor(settings, RlvCrowdStreamSettings::default()) }?;
+        let settings = unsafe { read_optional(settings, RlvCrowdStreamSettings::default()) }?;
         // SAFETY: the caller promises `count` files.
         let files = unsafe { Input::new("files", files, count, 0) }?.to_vec("files", context.context.memory_limit())?;
         // SAFETY: the caller gives NUL-terminated texts.
