@@ -1,16 +1,18 @@
 /* Relievo: crowd streams, crowds whose clusters are read from files while they are drawn, within a budget of memory.
  *
  * A stream is a crowd (crowd.h) whose models are files (.rcrowd). Vertices, poses and hierarchies are in memory, and of the
- * triangles those of the coarsest clusters. Each rlv_crowd_cut reads clusters that it draws, as far as the budget and the
- * number of reads go. In place of a cut that is not in memory it draws the finest of the coarser ones that is, so that there
- * are no cracks. Impostors are drawn by the coarsest clusters.
+ * triangles those of the coarsest clusters. Each rlv_crowd_cut reads clusters that it draws from the files, as far as the budget
+ * and the number of reads go, before it returns. An agent whose clusters are not all in memory is drawn by the finest ones that are
+ * coarser by one error everywhere, so that there are no cracks. They stay in memory while finer ones are read: a budget of twice
+ * the clusters of a view and the coarsest ones is always enough. There are no impostors.
  *
  * Triangles are in slots of equal size. A host mirrors the slots in an index buffer of slot_count * slot_triangles triangles:
- * after the stream was opened and after each cut it copies the clusters that were read, and first_index of RlvCrowdDraw counts
+ * after the stream was opened and after each cut, also one that failed, it copies the clusters that were read, and first_index of RlvCrowdDraw counts
  * in the indices of this buffer. Vertices are those of the models, one model after the other, as for other crowds.
  *
- * All functions of crowd.h work on streams. Device crowds do not, and the models of a stream have no triangles: what needs them
- * fails with RLV_ERROR_UNSUPPORTED. */
+ * All functions of crowd.h work on streams. Cuts of agents with weights of their own are finer than those of whole models, because
+ * the vertices of clusters are not known. Device crowds do not work on streams, and the models of a stream have no triangles: what
+ * needs them fails with RLV_ERROR_UNSUPPORTED. */
 #ifndef RELIEVO_CROWD_STREAM_H
 #define RELIEVO_CROWD_STREAM_H
 
@@ -38,7 +40,7 @@ typedef struct RlvCrowdStreamInfo {
     uint32_t resident; /* clusters in memory */
     uint32_t read;     /* clusters that the last cut has read; before the first, that were read when the stream was opened */
     uint32_t dropped;  /* clusters that left memory for them */
-    uint32_t missing;  /* clusters that the last cut deserves and that are not in memory */
+    uint32_t missing;  /* clusters of the last cut that are not in memory: of every agent, of those of one step once */
     uint32_t reserved;
     uint64_t wanted_triangles; /* of the last cut, as if all its clusters were in memory */
 } RlvCrowdStreamInfo;

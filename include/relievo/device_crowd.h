@@ -65,7 +65,7 @@ RLV_API RlvResult rlv_device_crowd_release(RlvDeviceCrowd crowd);
 /* Mutating. Finds what a view draws of the crowd, and waits until the device has done it; out may be NULL. Fails as
  * rlv_crowd_cut, and with RLV_ERROR_DEVICE if the device was lost. With occlusion all agents that were drawn in the last cut with
  * occlusion are posed there and drawn as depths, and a pyramid of these hides the boxes of others: a picture with one sample in
- * the middle of each pixel stays the same. Draws of clusters of near agents that are hidden have no instances. It fails with
+ * the middle of each pixel stays the same. Draws of hidden clusters that a single agent shows have no instances. It fails with
  * RLV_ERROR_UNSUPPORTED then if the bones of some models are blended as matrices and those of others as dual quaternions. A cut
  * that fails leaves nothing for rlv_device_crowd_get, unless it fails with RLV_ERROR_BUSY. */
 RLV_API RlvResult rlv_device_crowd_cut(RlvDeviceCrowd crowd, const RlvCrowdView *view, RlvDeviceCrowdInfo *out);

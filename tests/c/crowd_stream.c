@@ -120,7 +120,7 @@ int main(void) {
         CHECK(info.read <= 8 && info.wanted_triangles == goal.triangles && frame.triangles >= before);
         before = frame.triangles;
     } while (info.missing > 0 && ++frames < 1000);
-    CHECK(frames > 3 && frame.triangles == goal.triangles && frame.draw_count == goal.draw_count);
+    CHECK(frames > 3 && frames < 1000 && frame.triangles == goal.triangles && frame.draw_count == goal.draw_count);
     draw(crowd, model, &coarse);
 
     /* The model has vertices, but no triangles. */
@@ -142,6 +142,8 @@ int main(void) {
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_crowd_model_write(streamed, "crowd_stream.none"), "read while");
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_crowd_model_write_bytes(streamed, &bytes), "read while");
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_crowd_model_mesh(streamed, 0.0f, 0, 0, &mesh), "read while");
+    RlvCrowd other = RLV_NULL;
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_crowd_create(context, &streamed, 1, &other), "read while");
     CHECK_OK(rlv_crowd_model_release(streamed));
 
     /* A small budget is held, and draws less. */
@@ -156,7 +158,6 @@ int main(void) {
     CHECK(info.slot_count * info.slot_triangles <= 500 && info.missing > 0 && frame.triangles < goal.triangles);
 
     /* What is refused. */
-    RlvCrowd other = RLV_NULL;
     CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_crowd_stream_open(context, &absent, 1, NULL, &other), absent.path);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_stream_open(context, &none, 1, NULL, &other), "files");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_stream_open(context, &file, 0, NULL, &other), "model");

@@ -423,7 +423,8 @@ impl Crowd {
         let model = &self.models[self.agents[index].model as usize];
         let away = near * shrink;
         let allowed = view.tolerance / view.pixels * away;
-        let is_quad = view.impostors && !is_own && away > 0.0;
+        // The error of a quad is below that of the coarsest clusters, which may be all that a stream has.
+        let is_quad = view.impostors && self.stream.is_none() && !is_own && away > 0.0;
         if is_quad && impostor::error(0.5 * model.size(), away) <= allowed {
             Kind::Impostor
         } else if view.geomorph || is_own || 2.0 * radius > DEEP * near {

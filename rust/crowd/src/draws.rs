@@ -72,15 +72,22 @@ impl DrawList {
         let starts = starts(crowd)?;
         let model = |agent: u32| crowd.agents()[agent as usize].model;
         let mut order: Vec<usize> = (0..frame.drawn.len()).filter(|at| frame.drawn[*at].1 != Drawn::Impostor).collect();
-        // Agents of one step are drawn together, those in one pose one after the other; each of the others is drawn alone.
+        // Agents of one step are drawn together, those in one pose one after the other; each of the others is drawn alone, unless
+        // a stream draws the same coarser clusters for several.
+        let is_streamed = crowd.stream().is_some();
         order.sort_by_cached_key(|at| {
             let (agent, drawn) = frame.drawn[*at];
-            let step = if let Drawn::Step(step) = drawn { step } else { u32::MAX };
-            (model(agent), step, crowd.pose_key(agent, time), agent)
+            let [step, first] = match drawn {
+                Drawn::Step(step) => [step, 0],
+                Drawn::Mixed { first, .. } if is_streamed => [u32::MAX, first],
+                Drawn::Mixed { .. } | Drawn::Impostor => [u32::MAX, 0],
+            };
+            (model(agent), step, first, crowd.pose_key(agent, time), agent)
         });
         let mut poses: HashMap<PoseKey, [u32; 2]> = HashMap::new();
         let is_alike = |a: &usize, b: &usize| match (frame.drawn[*a], frame.drawn[*b]) {
             ((one, Drawn::Step(a)), (other, Drawn::Step(b))) => a == b && model(one) == model(other),
+            ((_, a @ Drawn::Mixed { .. }), (_, b)) => is_streamed && a == b,
             _ => false,
         };
         for alike in order.chunk_by(is_alike) {
@@ -134,7 +141,9 @@ pub(crate) fn starts(crowd: &Crowd) -> Result<Vec<[u32; 2]>> {
     models
         .map(|model| {
             let [index, vertex] = next;
-            next = [index + 3 * model.character.triangles.len() as u64, vertex + model.character.points.len() as u64];
+            // Indices of a stream are those of its slots.
+            let triangles = if crowd.stream().is_some() { 0 } else { model.character.triangles.len() as u64 };
+            next = [index + 3 * triangles, vertex + model.character.points.len() as u64];
             if next[0] > u64::from(u32::MAX) || next[1] > i32::MAX as u64 {
                 return Err(too_large("indices or vertices"));
             }

@@ -176,7 +176,7 @@ impl Occlusion {
             let clusters = self.seen_before(crowd, frame, *drawn);
             let count: u64 = clusters.iter().map(|it| u64::from(model.clusters[it.0 as usize].count)).sum();
             if triangles + count > MAX_TRIANGLES {
-                break;
+                continue;
             }
             triangles += count;
             occluders.push((drawn.0, clusters));
@@ -340,8 +340,9 @@ fn remove(crowd: &Crowd, frame: &mut Frame, (is_hidden, hidden_groups): (&[bool]
             true => Vec::new(),
             false => (0..of.len()).filter(|at| groups.is_empty() || is_seen(of[*at])).collect(),
         };
-        let is_quad = entry.1 == Drawn::Impostor && !is_hidden;
-        if left.is_empty() && !is_quad {
+        // Of a near agent whose groups are all beside the picture there is nothing to hide.
+        let is_kept = !is_hidden && of.is_empty();
+        if left.is_empty() && !is_kept {
             culled.hidden += 1;
             culled.hidden_triangles += all;
             continue;

@@ -2,8 +2,8 @@
 //!
 //! Triangles are in slots of equal size, as many as the budget has room for, so that a host mirrors them in an index buffer
 //! of fixed size. The coarsest clusters never leave them. A frame draws every cut of which the clusters are in memory, or are
-//! read for it; in place of another it draws the finest of the coarser cuts of which they are. Cuts have no cracks, so what is
-//! drawn has none.
+//! read for it; in place of another it draws the finest of the cuts that are coarser by one error everywhere of which they are.
+//! Cuts have no cracks, so what is drawn has none. What is drawn stays in its slots while what replaces it is read.
 
 mod part;
 
@@ -51,7 +51,7 @@ pub struct Streamed {
     pub read: u32,
     /// Clusters that left memory for them.
     pub dropped: u32,
-    /// Clusters of the cut that are missing.
+    /// Clusters of the cuts of all agents that are not in memory; agents of one step of a model count once.
     pub missing: u32,
     /// Clusters in memory.
     pub resident: u32,
@@ -69,6 +69,8 @@ struct Want {
     target: Vec<u32>,
     /// What is drawn.
     shown: Vec<u32>,
+    /// Where the frame has that, once it has.
+    place: Option<Drawn>,
 }
 
 /// Slots of clusters that the frame does not draw.
@@ -185,7 +187,7 @@ impl Stream {
     }
 
     /// Reads what a frame draws as far as the budget and the number of reads go, and draws coarser clusters in the frame
-    /// where some are missing. Impostors are drawn by the coarsest clusters.
+    /// where some are missing. A frame of a crowd with a stream has no impostors.
     pub(crate) fn update(&mut self, crowd: &Crowd, frame: &mut Frame) -> Result<()> {
         let model = |agent: u32| crowd.agents()[agent as usize].model;
         let mut wants: Vec<Want> = Vec::new();
@@ -199,33 +201,41 @@ impl Stream {
                 Drawn::Mixed { .. } | Drawn::Impostor => next,
             };
             if at == next {
-                let cut: Vec<u32> = match drawn.1 {
-                    Drawn::Impostor => self.parts[number as usize].roots().collect(),
-                    Drawn::Step(_) | Drawn::Mixed { .. } => crowd.clusters(frame, *drawn).to_vec(),
-                };
-                wants.push(Want { model: number, target: cut.clone(), cut, shown: Vec::new() });
+                let cut = crowd.clusters(frame, *drawn).to_vec();
+                wants.push(Want { model: number, target: cut.clone(), cut, shown: Vec::new(), place: None });
             }
             want_of.push(at);
         }
         self.counts = Streamed { wanted_triangles: frame.triangles, ..Streamed::default() };
-        self.choose(crowd, &mut wants)?;
+        let done = self.choose(crowd, &mut wants);
+        for want in &wants {
+            let missing = self.parts[want.model as usize].missing(&want.cut).count() as u32;
+            self.counts.missing = self.counts.missing.saturating_add(missing);
+        }
+        self.counts.read = self.read.len() as u32;
+        self.counts.resident = (self.owners.len() - self.free.len()) as u32;
+        done?;
         let (mut mixed, mut blends) = (Vec::new(), Vec::new());
         let (mut clusters, mut triangles) = (0, 0);
         let mut all = std::mem::take(&mut frame.drawn);
         for (entry, at) in all.iter_mut().zip(want_of) {
-            let Want { shown, cut, model, .. } = &wants[at];
+            let Want { shown, cut, model, place, .. } = &mut wants[at];
             clusters += shown.len() as u64;
             triangles += crowd.models()[*model as usize].triangle_count(shown);
             if matches!(entry.1, Drawn::Step(_)) && shown == cut {
                 continue;
             }
-            if !frame.blends.is_empty() {
-                let before = crowd.blends(frame, *entry).iter().copied();
-                let of: HashMap<u32, f32> = cut.iter().copied().zip(before).collect();
-                blends.extend(shown.iter().map(|cluster| of.get(cluster).copied().unwrap_or_default()));
-            }
-            entry.1 = Drawn::Mixed { first: mixed.len() as u32, count: shown.len() as u32 };
-            mixed.extend_from_slice(shown);
+            // Agents of a step have the same clusters, so that they are instances of the same draws.
+            entry.1 = *place.get_or_insert_with(|| {
+                if !frame.blends.is_empty() {
+                    let before = crowd.blends(frame, *entry).iter().copied();
+                    let of: HashMap<u32, f32> = cut.iter().copied().zip(before).collect();
+                    blends.extend(shown.iter().map(|cluster| of.get(cluster).copied().unwrap_or_default()));
+                }
+                let first = mixed.len() as u32;
+                mixed.extend_from_slice(shown);
+                Drawn::Mixed { first, count: shown.len() as u32 }
+            });
         }
         (frame.drawn, frame.clusters, frame.triangles) = (all, clusters, triangles);
         (frame.mixed, frame.blends) = (mixed, blends);
@@ -239,39 +249,42 @@ impl Stream {
         if wants.iter().any(|want| self.parts[want.model as usize].missing(&want.cut).next().is_some()) {
             self.fit(wants);
         }
-        let mut fallbacks: Vec<Option<Coarser>> = Vec::with_capacity(wants.len());
-        for want in wants.iter_mut() {
+        let mut fallbacks: Vec<(usize, Coarser)> = Vec::new();
+        for (at, want) in wants.iter_mut().enumerate() {
             let part = &mut self.parts[want.model as usize];
             let ladder = crowd.ladder(want.model).filter(|_| part.missing(&want.target).next().is_some());
             let fallback = ladder.map(|ladder| part.finest(ladder, &want.target, 0));
             part.mark(&want.target, self.frames);
             want.shown.clone_from(&want.target);
-            if let Some(Coarser { clusters, .. }) = &fallback {
-                part.mark(clusters, self.frames);
-                want.shown.clone_from(clusters);
+            if let Some(fallback) = fallback {
+                part.mark(&fallback.clusters, self.frames);
+                want.shown.clone_from(&fallback.clusters);
+                fallbacks.push((at, fallback));
             }
-            fallbacks.push(fallback);
         }
-        let mut unused = Unused { slots: Vec::new(), reads: self.most_read as usize };
-        if fallbacks.iter().any(Option::is_some) {
-            unused.slots = self.unused();
+        if fallbacks.is_empty() {
+            return Ok(());
         }
-        for (want, fallback) in wants.iter_mut().zip(fallbacks) {
-            let (Some(fallback), Some(ladder)) = (fallback, crowd.ladder(want.model)) else { continue };
-            let room = unused.slots.len() + self.free.len();
+        let mut unused = Unused { slots: self.unused(), reads: self.most_read as usize };
+        // Cuts of many clusters are those of agents that are near.
+        fallbacks.sort_by_key(|(at, _)| std::cmp::Reverse(wants[*at].target.len()));
+        for (at, fallback) in fallbacks {
+            let want = &mut wants[at];
+            let Some(ladder) = crowd.ladder(want.model) else { continue };
+            let room = self.room(&unused);
             let part = &mut self.parts[want.model as usize];
             let goal = part.goal(ladder, &want.target, &fallback, (unused.reads, room));
-            if part.missing(&goal).count() <= room && self.fetch(want.model, &goal, &mut unused)? {
+            if self.fetch(want.model, &goal, &mut unused)? {
                 want.shown = goal;
             }
         }
-        for want in wants {
-            let part = &self.parts[want.model as usize];
-            self.counts.missing += part.missing(&want.cut).count() as u32;
-        }
-        self.counts.read = self.read.len() as u32;
-        self.counts.resident = (self.owners.len() - self.free.len()) as u32;
         Ok(())
+    }
+
+    /// Returns how many slots may be filled still.
+    fn room(&self, unused: &Unused) -> usize {
+        let is_unused = |[model, cluster]: [u32; 2]| self.parts[model as usize].used[cluster as usize] < self.frames;
+        self.free.len() + unused.slots.iter().filter(|(_, owner)| is_unused(*owner)).count()
     }
 
     /// Makes cuts coarser, by the least error for which all their clusters have slots beside the coarsest.
@@ -322,12 +335,16 @@ impl Stream {
         unused.into_iter().map(|(_, _, slot, owner)| (slot, owner)).collect()
     }
 
-    /// Reads clusters of a cut that are missing, those of the largest errors first. Returns whether all are in memory then.
+    /// Reads clusters of a cut that are missing, those of the largest errors first, if there is room for all. Returns whether all are
+    /// in memory then.
     fn fetch(&mut self, model: u32, cut: &[u32], unused: &mut Unused) -> Result<bool> {
         let part = &mut self.parts[model as usize];
         part.mark(cut, self.frames);
         let mut missing: Vec<u32> = part.missing(cut).collect();
         missing.sort_unstable_by_key(|cluster| std::cmp::Reverse((part.rank(*cluster), *cluster)));
+        if missing.len() > self.room(unused) {
+            return Ok(false);
+        }
         for cluster in missing {
             if unused.reads == 0 {
                 return Ok(false);
@@ -400,9 +417,9 @@ impl Crowd {
     /// # Errors
     /// Clusters are read while they are drawn.
     pub(crate) fn check_whole(&self) -> Result<()> {
-        match self.stream {
-            None => Ok(()),
-            Some(_) => Err(Error::unsupported("clusters of this crowd are read while they are drawn")
+        match self.models().iter().all(|model| model.has_triangles()) {
+            true => Ok(()),
+            false => Err(Error::unsupported("clusters of this crowd are read while they are drawn")
                 .advise("cut and draw it on the processor, or load whole models")),
         }
     }

@@ -146,7 +146,11 @@ entry! {
             return Err(Error::invalid("there is no model").at("models").advise("give one at least"));
         }
         let models = handles.iter().map(|handle| registry::get(handle).map(|object| Arc::clone(&object.model)));
-        let crowd = Crowd::new(models.collect::<Result<Vec<_>>>()?);
+        let models = models.collect::<Result<Vec<_>>>()?;
+        for (at, model) in models.iter().enumerate() {
+            model.check_triangles().map_err(|error| error.at(format!("model {at}")))?;
+        }
+        let crowd = Crowd::new(models);
         let handle = registry::insert(CrowdObject::new(context, crowd))?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };

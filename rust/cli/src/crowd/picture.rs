@@ -160,6 +160,9 @@ fn by_rays(arguments: &Arguments, scene: &mut Scene, view: &View, strip: &mut St
         let frame = (&scene.crowd, &shown.frame, shown.time, scene.camera.eye);
         stand_ins.show(&scene.context, &mut picture, frame, MATERIAL, &tag)?;
         let color = picture.render(&scene.context, view)?.color;
+        if let Some(missing) = scene.crowd.stream().map(|stream| stream.counts().missing).filter(|count| *count > 0) {
+            eprintln!("note: {missing} clusters are not in memory: parts are coarser than --pixels says");
+        }
         let agents = scene.crowd.agents().len() as u64;
         strip.add(color, [shown.frame.drawn.len() as u64, agents, shown.frame.triangles]);
         Ok(())

@@ -76,23 +76,31 @@ impl Part {
     pub fn coarsened(&self, cut: &[u32], error: f32) -> Vec<u32> {
         let clusters = self.clusters();
         let groups = &self.reader.model().groups;
-        let group_of = |cluster: u32| clusters[cluster as usize].used_by;
-        let leaves = |cluster: &u32| groups.get(group_of(*cluster) as usize).is_some_and(|group| group.error <= error);
+        let made_by = |cluster: u32| clusters[cluster as usize].made_by;
+        let used_by = |cluster: u32| clusters[cluster as usize].used_by;
+        let leaves = |cluster: &u32| groups.get(used_by(*cluster) as usize).is_some_and(|group| group.error <= error);
+        // Groups that are coarse in the cut, of which some clusters may be used by groups that are coarse too.
         let mut is_coarse = vec![false; groups.len()];
-        let mut coarse = Vec::new();
-        let mut waiting: Vec<u32> = cut.iter().copied().filter(leaves).map(group_of).collect();
+        let mut waiting: Vec<u32> = cut.iter().copied().map(made_by).collect();
         while let Some(group) = waiting.pop() {
             let at = group as usize;
-            if group == NONE || std::mem::replace(&mut is_coarse[at], true) {
-                continue;
+            if group != NONE && !std::mem::replace(&mut is_coarse[at], true) {
+                waiting.extend(self.below[at].iter().copied().map(made_by));
             }
-            coarse.push(at);
-            // Groups below a coarse one are coarse too.
-            waiting.extend(self.below[at].iter().map(|cluster| clusters[*cluster as usize].made_by));
-            waiting.extend(self.above[at].iter().copied().filter(leaves).map(group_of));
         }
-        let is_drawn = |cluster: &u32| !is_coarse.get(group_of(*cluster) as usize).is_some_and(|is_coarse| *is_coarse);
-        let above = coarse.iter().flat_map(|group| &self.above[*group]);
+        let mut new = Vec::new();
+        let mut waiting: Vec<u32> = cut.iter().copied().filter(leaves).map(used_by).collect();
+        while let Some(group) = waiting.pop() {
+            let at = group as usize;
+            if group != NONE && !std::mem::replace(&mut is_coarse[at], true) {
+                new.push(at);
+                // Groups below a coarse one are coarse too.
+                waiting.extend(self.below[at].iter().copied().map(made_by));
+                waiting.extend(self.above[at].iter().copied().filter(leaves).map(used_by));
+            }
+        }
+        let is_drawn = |cluster: &u32| !is_coarse.get(used_by(*cluster) as usize).is_some_and(|is_coarse| *is_coarse);
+        let above = new.iter().flat_map(|group| &self.above[*group]);
         let mut made: Vec<u32> = cut.iter().chain(above).copied().filter(is_drawn).collect();
         made.sort_unstable();
         made.dedup();
@@ -109,8 +117,8 @@ impl Part {
     }
 
     /// Returns the cut to read next where `fallback` is drawn in place of `target`: the target if so many reads suffice; otherwise the
-    /// finest cut of which no more is missing than is drawn now, so that what is drawn grows by a factor and little is read in vain.
-    /// It stays the next one until it is in memory, for which there has to be `room`.
+    /// finest cut of which no more clusters are missing than are drawn now. So clusters double from one cut to the next at least, and
+    /// all that is read on the way is no more than the target. An unfinished cut of frames before comes first, if there is `room`.
     pub fn goal(
         &mut self,
         ladder: &Ladder,
@@ -120,7 +128,6 @@ impl Part {
     ) -> Vec<u32> {
         let missing = |cut: &[u32]| self.missing(cut).count();
         if missing(target) <= reads.min(room) {
-            self.pending = None;
             return target.to_vec();
         }
         if let Some(error) = self.pending.filter(|error| *error < ladder.error(fallback.step)) {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
-use relievo_crowd::{Agent, BuildSettings, Crowd, CrowdModel, CrowdView, Drawn, Frame, ShadowSun};
+use relievo_crowd::{Agent, BuildSettings, Crowd, CrowdModel, CrowdView, DrawList, Drawn, Frame, ShadowSun};
 use relievo_testing::Random;
 
 use crate::arm::{built, character};
@@ -119,6 +119,23 @@ fn near_agents_are_cut_without_cracks_and_finer_where_they_are_nearer() {
         }
     }
     assert!(edges.values().all(|count| *count == 0));
+}
+
+#[test]
+fn a_million_agents_are_cut_and_drawn() {
+    let mut crowd = Crowd::new(vec![Arc::new(built(12, 8))]);
+    for index in 0..1_000_000_u32 {
+        let place = DVec3::new(f64::from(index % 1000) - 500.0, 0.0, -f64::from(index / 1000));
+        crowd.add(Agent { model: 0, clip: 0, phase: 0.0, transform: DAffine3::from_translation(place) }).unwrap();
+    }
+    let context = Context::new(&ContextOptions::default()).unwrap();
+    let mut frame = Frame::default();
+    crowd.cut(&context, &view(DVec3::new(0.0, 60.0, 40.0), 0.0), &mut frame).unwrap();
+    let mut draws = DrawList::default();
+    draws.update(&crowd, &frame, 0.0).unwrap();
+    assert!(frame.drawn.len() > 100_000 && draws.instances.len() == frame.drawn.len());
+    // Nearly all share a step's draws, and a pose.
+    assert!(draws.draws.len() < 10_000 && draws.matrices.len() < 100_000, "{}", draws.draws.len());
 }
 
 #[test]
