@@ -1,12 +1,12 @@
 //! Crowd models: arbitrary bytes, and a whole file whose contents are changed and whose sums and lengths are right. A model
-//! that is read is cut, posed and drawn.
+//! that is read is cut, posed and drawn, also while its clusters are read.
 #![no_main]
 
 use std::sync::{Arc, LazyLock};
 
 use libfuzzer_sys::fuzz_target;
 use relievo_core::{Context, ContextOptions};
-use relievo_crowd::{Agent, Crowd, CrowdModel, CrowdView, DrawList, Frame};
+use relievo_crowd::{Agent, Crowd, CrowdModel, CrowdView, DrawList, Frame, Stream};
 use relievo_fuzz::MEMORY_LIMIT;
 
 static CONTEXT: LazyLock<Context> = LazyLock::new(|| {
@@ -68,15 +68,8 @@ fn changed(data: &[u8]) -> Vec<u8> {
     head
 }
 
-fuzz_target!(|data: &[u8]| {
-    let made = match data.split_first() {
-        Some((1, rest)) => changed(rest),
-        _ => data.to_vec(),
-    };
-    let Ok(model) = CrowdModel::from_bytes(&made, MEMORY_LIMIT) else { return };
-    let pose = &model.clips[0].poses[0];
-    model.mesh(&CONTEXT, &model.cut(0.1 * model.size()), pose).expect("a pose of the model");
-    let mut crowd = Crowd::new(vec![Arc::new(model)]);
+/// Adds agents at some distances, cuts the crowd a few times and lists its draws. A cluster of a file may be damaged.
+fn draw(crowd: &mut Crowd, cuts: u32, may_fail: bool) {
     for away in [0.0, 2.0, 50.0] {
         let transform = glam::DAffine3::from_translation(glam::DVec3::new(0.0, 0.0, -away));
         // A model may be too large to be placed.
@@ -85,6 +78,35 @@ fuzz_target!(|data: &[u8]| {
     let planes = vec![[0.0, 0.0, -1.0, 4.0]];
     let view = CrowdView { eye: [0.0, 1.0, 4.0], pixels: 500.0, planes, ..CrowdView::default() };
     let (mut frame, mut list) = (Frame::default(), DrawList::default());
-    crowd.cut(&CONTEXT, &view, &mut frame).expect("a view");
-    list.update(&crowd, &frame, 0.5).expect("a small model");
+    for _ in 0..cuts {
+        match crowd.cut(&CONTEXT, &view, &mut frame) {
+            Ok(()) => list.update(crowd, &frame, 0.5).expect("a small model"),
+            Err(error) => assert!(may_fail, "a view: {error}"),
+        }
+        let Some(stream) = crowd.stream() else { continue };
+        assert!(stream.counts().resident <= stream.slot_count(), "the budget is held");
+    }
+}
+
+/// Reads clusters of a file while they are drawn, within a budget and by a number of reads that the first bytes say.
+fn stream(file: &[u8], [budget, most_read]: [u8; 2]) {
+    let path = std::env::temp_dir().join(format!("relievo-fuzz-crowd-{}.rcrowd", std::process::id()));
+    std::fs::write(&path, file).expect("a folder for files");
+    let opened = Stream::open(&CONTEXT, &[&path], 64 * u64::from(budget), u32::from(most_read));
+    let Ok(opened) = opened else { return };
+    draw(&mut Crowd::streamed(opened), 4, true);
+}
+
+fuzz_target!(|data: &[u8]| {
+    let made = match data.split_first() {
+        Some((1, rest)) => changed(rest),
+        Some((2, [budget, reads, rest @ ..])) => return stream(&changed(rest), [*budget, *reads]),
+        _ => data.to_vec(),
+    };
+    let Ok(model) = CrowdModel::from_bytes(&made, MEMORY_LIMIT) else { return };
+    if model.has_triangles() {
+        let pose = &model.clips[0].poses[0];
+        model.mesh(&CONTEXT, &model.cut(0.1 * model.size()), pose).expect("a pose of the model");
+    }
+    draw(&mut Crowd::new(vec![Arc::new(model)]), 1, false);
 });
