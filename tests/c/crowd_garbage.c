@@ -1,6 +1,6 @@
 /* What a host may hand over by mistake to crowds: NULL, handles that are dead, of another noun or made up, descriptors of other
  * sizes, numbers that are none, and threads at once. All is an error by the rules of the headers, or done. */
-#include "check.h"
+#include "bumps.h"
 
 #include <pthread.h>
 
@@ -87,23 +87,6 @@ typedef struct Objects {
     RlvCrowd crowd;
     RlvJob job;
 } Objects;
-
-/* A bumpy sheet as OBJ. */
-static void write_sheet(void) {
-    FILE *text = fopen(PATH, "w");
-    CHECK(text != NULL);
-    for (int point = 0; point < POINTS; ++point) {
-        const double x = point % SIDE, y = point / SIDE;
-        fprintf(text, "v %.9g %.9g %.9g\n", 0.1 * x, 0.1 * y, 0.05 * sin(0.7 * x) * cos(0.5 * y));
-    }
-    for (int y = 1; y < SIDE; ++y) {
-        for (int x = 1; x < SIDE; ++x) {
-            const int a = (y - 1) * SIDE + x, b = a + 1, c = b + SIDE, d = a + SIDE;
-            fprintf(text, "f %d %d %d\nf %d %d %d\n", a, b, c, a, c, d);
-        }
-    }
-    CHECK(fclose(text) == 0);
-}
 
 static Objects make(RlvContext context) {
     Objects made = {RLV_NULL, RLV_NULL, RLV_NULL};
@@ -373,7 +356,7 @@ int main(void) {
     RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
     options.threads = 2;
     CHECK_OK(rlv_context_create(&options, &known));
-    write_sheet();
+    check_write_bumps(PATH, SIDE);
     const Objects objects = make(known);
     check_handles(known, objects);
     check_null(known, objects);

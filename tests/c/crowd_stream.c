@@ -1,6 +1,6 @@
 /* Crowd streams: a crowd whose clusters are read by its cuts draws what a whole one draws once they are there; an index buffer
  * that mirrors the slots has the triangles of all draws; and what is refused. */
-#include "check.h"
+#include "bumps.h"
 
 enum { SIDE = 41, POINTS = SIDE * SIDE, AGENTS = 12, MOST = 4096, ROOM = 1 << 16 };
 
@@ -12,19 +12,7 @@ static RlvCrowdStreamCluster read_clusters[MOST];
 static RlvCrowdModel make(RlvContext context, const char *path) {
     RlvCrowdBuildSettings settings = RLV_CROWD_BUILD_SETTINGS_INIT;
     RlvCrowdModel model = RLV_NULL;
-    FILE *text = fopen("crowd_stream.obj", "w");
-    CHECK(text != NULL);
-    for (int point = 0; point < POINTS; ++point) {
-        const double x = point % SIDE, y = point / SIDE;
-        fprintf(text, "v %.9g %.9g %.9g\n", 0.1 * x, 0.1 * y, 0.05 * sin(0.7 * x) * cos(0.5 * y));
-    }
-    for (int y = 1; y < SIDE; ++y) {
-        for (int x = 1; x < SIDE; ++x) {
-            const int a = (y - 1) * SIDE + x, b = a + 1, c = b + SIDE, d = a + SIDE;
-            fprintf(text, "f %d %d %d\nf %d %d %d\n", a, b, c, a, c, d);
-        }
-    }
-    CHECK(fclose(text) == 0);
+    check_write_bumps("crowd_stream.obj", SIDE);
     settings.cluster_triangles = 40;
     CHECK_OK(rlv_crowd_model_build(context, "crowd_stream.obj", NULL, 0, &settings, NULL, NULL, &model));
     CHECK_OK(rlv_crowd_model_write(model, path));

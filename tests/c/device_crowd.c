@@ -1,9 +1,9 @@
 /* Crowds on a graphics device: draws are those of the processor from several places, also after agents moved and came; Vulkan
  * objects are real, and where there is no device, or it is lost or too small, that is said. With the argument "none", where no
  * driver can be found: what is said then. */
-#include "check.h"
+#include "bumps.h"
 
-enum { SIDE = 25, POINTS = SIDE * SIDE, AGENTS = 40, MOST = 4096 };
+enum { SIDE = 25, AGENTS = 40, MOST = 4096 };
 
 /* What a cut draws. */
 typedef struct Kept {
@@ -24,19 +24,7 @@ static Kept on_processor, on_device;
 static RlvCrowdModel make(RlvContext context) {
     RlvCrowdBuildSettings settings = RLV_CROWD_BUILD_SETTINGS_INIT;
     RlvCrowdModel model = RLV_NULL;
-    FILE *text = fopen("device_crowd.obj", "w");
-    CHECK(text != NULL);
-    for (int point = 0; point < POINTS; ++point) {
-        const double x = point % SIDE, y = point / SIDE;
-        fprintf(text, "v %.9g %.9g %.9g\n", 0.1 * x, 0.1 * y, 0.05 * sin(0.7 * x) * cos(0.5 * y));
-    }
-    for (int y = 1; y < SIDE; ++y) {
-        for (int x = 1; x < SIDE; ++x) {
-            const int a = (y - 1) * SIDE + x, b = a + 1, c = b + SIDE, d = a + SIDE;
-            fprintf(text, "f %d %d %d\nf %d %d %d\n", a, b, c, a, c, d);
-        }
-    }
-    CHECK(fclose(text) == 0);
+    check_write_bumps("device_crowd.obj", SIDE);
     settings.cluster_triangles = 40;
     CHECK_OK(rlv_crowd_model_build(context, "device_crowd.obj", NULL, 0, &settings, NULL, NULL, &model));
     return model;
