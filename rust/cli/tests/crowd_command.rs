@@ -487,7 +487,7 @@ fn clusters_are_read_while_a_crowd_is_viewed() {
     let shared = ["crowd", "view", "arm.rcrowd", "--agents", "agents.txt", "--eye", "0,1,4", "--target", "0,1,0"];
     let view = |more: &[&str]| read(at, &[&shared[..], &["--json"], more].concat());
     let whole = view(&[]);
-    let frames = view(&["--budget", "1", "--read", "8", "--frames", "30", "--step", "0"]);
+    let frames = view(&["--budget", "1", "--read", "8", "--frames", "40", "--step", "0"]);
     let number = |frame: &Value, key: &str| frame[key].as_u64().unwrap();
     let frames = frames.as_array().unwrap();
     assert!(frames.iter().all(|frame| number(frame, "read_clusters") <= 8), "{frames:?}");
@@ -495,8 +495,8 @@ fn clusters_are_read_while_a_crowd_is_viewed() {
     assert!(number(&frames[0], "triangles") < number(&whole, "triangles"));
     assert_eq!(frames[0]["wanted_triangles"], whole["triangles"]);
     // In the end the cut is there.
-    assert_eq!(number(&frames[29], "missing_clusters"), 0);
-    assert_eq!(frames[29]["triangles"], whole["triangles"]);
+    assert_eq!(number(&frames[39], "missing_clusters"), 0);
+    assert_eq!(frames[39]["triangles"], whole["triangles"]);
     let few = view(&["--budget", "0.01"]);
     assert!(number(&few, "missing_clusters") > 0 && number(&few, "triangles") < number(&whole, "triangles"), "{few}");
     fails(at, &[&shared[..], &["--budget", "0.0001"]].concat(), "budget");

@@ -117,8 +117,8 @@ impl Part {
     }
 
     /// Returns the cut to read next where `fallback` is drawn in place of `target`: the target if so many reads suffice; otherwise the
-    /// finest cut of which no more clusters are missing than are drawn now. So clusters double from one cut to the next at least, and
-    /// all that is read on the way is no more than the target. An unfinished cut of frames before comes first, if there is `room`.
+    /// finest cut of which at most twice as many clusters are missing as are drawn now, so that what is drawn grows by a factor from
+    /// one to the next. An unfinished cut of frames before comes first, if there is `room`.
     pub fn goal(
         &mut self,
         ladder: &Ladder,
@@ -136,7 +136,7 @@ impl Part {
                 return cut;
             }
         }
-        let most = reads.max(fallback.clusters.len()).min(room);
+        let most = reads.max(2 * fallback.clusters.len()).min(room);
         let found = self.finest(ladder, target, most);
         let step = found.step.min(fallback.step.saturating_sub(1));
         let error = ladder.error(step);
