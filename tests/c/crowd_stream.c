@@ -157,8 +157,8 @@ int main(void) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_stream_info(whole, &info), "no stream");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_stream_model(crowd, 1, &streamed), "model 1");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_stream_get_triangles(crowd, UINT32_MAX, triangles[0], NULL, ROOM), "slot");
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_stream_get_triangles(crowd, 0, triangles[0], NULL, 1), "triangles");
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_stream_get_read(crowd, read_clusters, 1, 0), "clusters");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_stream_get_triangles(crowd, 0, triangles[0], NULL, 0), "triangles");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_stream_get_read(crowd, read_clusters, 0, 0), "clusters");
     CHECK_OK(rlv_crowd_release(crowd));
     CHECK_OK(rlv_crowd_release(whole));
     CHECK_OK(rlv_crowd_model_release(model));

@@ -40,13 +40,13 @@ descriptor! {
     }
 }
 
-descriptor! {
-    pub struct RlvCrowdStreamCluster {
-        model: u32,
-        cluster: u32,
-        slot: u32,
-        triangle_count: u32,
-    }
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RlvCrowdStreamCluster {
+    pub model: u32,
+    pub cluster: u32,
+    pub slot: u32,
+    pub triangle_count: u32,
 }
 
 impl Default for RlvCrowdStreamFile {
@@ -58,12 +58,6 @@ impl Default for RlvCrowdStreamFile {
 impl Default for RlvCrowdStreamSettings {
     fn default() -> Self {
         Self { struct_size: 0, most_read: 1024, budget: 64 << 20 }
-    }
-}
-
-impl Default for RlvCrowdStreamCluster {
-    fn default() -> Self {
-        Self { model: 0, cluster: 0, slot: 0, triangle_count: 0 }
     }
 }
 
