@@ -189,7 +189,7 @@ class Misuse(unittest.TestCase):
             "isosurface": isosurface, "simulation": simulation, "models": [model], "crowd": crowd, "document": kept, "grid": grid,
             "tessellation": rl.Tessellation(detail), "begin": rl.Procedural(detail), "end": detail, "connection": empty, "other": grid, "to": mesh,
             "points": points, "corners": corners.reshape(-1, 4), "face_sizes": 4, "path": "none.obj", "to_path": "none.relievo", "data": b"abc",
-            "state": b"abc", "format": "obj", "name": "abc", "values": [1.0], "domain": "point", "index": 0, "tile": 0, "face": 0,
+            "state": b"abc", "format": "obj", "name": "abc", "values": [1.0], "domain": "point", "index": 0, "tile": 0, "face": 0, "paths": ["kept.rcrowd"],
             "channel": "displacement", "tiles": [0], "uvs": [[0.5, 0.5]], "wanted": ["positions"], "matrix_world": numpy.eye(4),
             "budget": 1 << 30, "page": 0, "time": 0.0, "pairs": [[0, 8]], "origins": [[0, 0, 1]], "directions": [[0, 0, -1]],
             "place": [0, 0, 0], "normal": [0, 0, 1], "force": 1.0, "mask": 3, "curve": "size", "pixels": picture, "number": 0, "layer": "label",

@@ -504,11 +504,13 @@ fn clusters_are_read_while_a_crowd_is_viewed() {
     // A picture of whole models is that of clusters that were read.
     let render = |more: &[&str]| {
         let view = ["crowd", "render", "arm.rcrowd", "--agents", "agents.txt", "--eye", "0,1,4", "--target", "0,1,0"];
-        done(at, &[&view[..], &["--size", "64x48", "--samples", "1", "-o", "arm.png"], more].concat());
+        let size = ["--size", "64x48", "--samples", "1", "--pixels", "0.02", "-o", "arm.png"];
+        done(at, &[&view[..], &size, more].concat());
         std::fs::read(at.join("arm.png")).unwrap()
     };
     let picture = render(&[]);
-    assert!(picture == render(&["--budget", "1"]) && picture != render(&["--budget", "0.01"]));
+    assert_eq!(picture, render(&["--budget", "1"]));
+    assert_ne!(picture, render(&["--budget", "0.002"]));
     let dual = ["crowd", "render", "arm.rcrowd", "--square", "1", "--budget", "1", "--blend", "dual", "-o", "a.png"];
     fails(at, &dual, "--blend");
 }

@@ -174,7 +174,7 @@ fn a_budget_that_is_too_small_is_used_well() {
 #[test]
 fn draws_refer_to_slots_that_a_host_mirrors() {
     let saved = Saved::new(40, 20);
-    let (mut crowd, _) = saved.crowds(16 * 1800, 5, &[3.0, 5.0, 200.0, 210.0]);
+    let (mut crowd, _) = saved.crowds(16 * 1000, 20, &[3.0, 5.0, 200.0, 210.0]);
     let mirror = |crowd: &Crowd, indices: &mut Vec<[u32; 3]>| {
         let stream = crowd.stream().unwrap();
         indices.resize(stream.slot_count() as usize * stream.slot_triangles() as usize, [NONE; 3]);
@@ -190,7 +190,7 @@ fn draws_refer_to_slots_that_a_host_mirrors() {
     let mut draws = DrawList::default();
     let mut dropped = 0;
     for round in 0..40 {
-        let frame = cut(&mut crowd, &view(if round / 10 % 2 == 0 { 0.1 } else { 30.0 }));
+        let frame = cut(&mut crowd, &view([0.1, 1.0, 4.0, 30.0][round / 10 % 4]));
         mirror(&crowd, &mut indices);
         dropped += crowd.stream().unwrap().counts().dropped;
         draws.update(&crowd, &frame, 0.0).unwrap();
