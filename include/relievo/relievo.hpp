@@ -1630,7 +1630,7 @@ inline RefittedCrowdModel CrowdModel::refit(const std::string &path, const std::
     return made;
 }
 
-/// A skin matrix as it is blended by dual quaternions: three rows of stretch, a rotation and a dual part.
+/// The parts of a skin matrix that dual quaternions blend: three rows of its stretch, then its rotation and its dual part.
 using CrowdDualRows = std::array<float, 20>;
 
 /// What a view draws of a crowd.

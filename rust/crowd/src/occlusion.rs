@@ -165,14 +165,14 @@ impl Occlusion {
 
     /// Returns the nearest agents that were seen in the last frame, with their clusters that were, and their number of triangles.
     fn occluders(&self, crowd: &Crowd, view: &PixelView, frame: &Frame) -> (Vec<(u32, Blended)>, u64) {
-        let agent = |drawn: &(u32, Drawn)| &crowd.agents()[drawn.0 as usize];
-        let away = |drawn: &(u32, Drawn)| agent(drawn).transform.translation.distance_squared(view.eye);
+        let away =
+            |drawn: &(u32, Drawn)| crowd.agents()[drawn.0 as usize].transform.translation.distance_squared(view.eye);
         let seen = frame.drawn.iter().filter(|drawn| self.seen[drawn.0 as usize] && drawn.1 != Drawn::Impostor);
         let mut order: Vec<&(u32, Drawn)> = seen.collect();
         order.sort_by(|a, b| away(a).total_cmp(&away(b)).then(a.0.cmp(&b.0)));
         let (mut occluders, mut triangles) = (Vec::new(), 0);
         for drawn in order {
-            let model = &crowd.models()[agent(drawn).model as usize];
+            let model = model_of(crowd, drawn.0);
             let clusters = self.seen_before(crowd, frame, *drawn);
             let count: u64 = clusters.iter().map(|it| u64::from(model.clusters[it.0 as usize].count)).sum();
             if triangles + count > MAX_TRIANGLES {

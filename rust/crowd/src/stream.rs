@@ -417,10 +417,6 @@ impl Crowd {
     /// # Errors
     /// Clusters are read while they are drawn.
     pub(crate) fn check_whole(&self) -> Result<()> {
-        match self.models().iter().all(|model| model.has_triangles()) {
-            true => Ok(()),
-            false => Err(Error::unsupported("clusters of this crowd are read while they are drawn")
-                .advise("cut and draw it on the processor, or load whole models")),
-        }
+        self.models().iter().try_for_each(|model| model.check_triangles())
     }
 }

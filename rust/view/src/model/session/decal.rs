@@ -307,7 +307,7 @@ impl Session {
     /// Has the image follow edits of the model, and the size of the brush while it has one pin.
     ///
     /// # Errors
-    /// The image cannot be laid on the surface as it is now; it is then taken off.
+    /// The image does not fit the changed surface. The function then removes it.
     pub(crate) fn follow_decal(&mut self) -> Result<()> {
         let Some(laid) = self.decal.as_ref().and_then(|decal| decal.laid.as_ref()) else { return Ok(()) };
         let is_same = laid.changes == self.changes();
