@@ -12,7 +12,7 @@ pub(crate) use imprint::job::{ImprintJob, MAX_JOBS};
 pub(crate) use imprint::meshes::DeviceMeshes;
 pub(crate) use imprint::triangle_imprint::{PressedValues, TriangleCast, TriangleChain, TriangleTarget};
 pub(crate) use imprint::triangle_press::TrianglePress;
-pub(crate) use imprint::{Batch, Imprinted, Standing};
+pub(crate) use imprint::{Batch, DeviceRow, Standing};
 pub(crate) use paint::channels::{DeviceColor, edits_of, smudges_of};
 pub(crate) use paint::dabs::{OnDevice, on_device, reports_of};
 pub(crate) use paint::events::{DeviceValue, Returned, keep_rounded};

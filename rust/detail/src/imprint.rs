@@ -26,12 +26,11 @@ use relievo_gpu::Device;
 use relievo_tiles::{Applied, Candidate, Change, Field, Sets};
 
 use crate::channels::knots::block_edge;
-use crate::device::{DeviceChain, DeviceMeshes, Imprinted, TriangleChain};
+use crate::device::{DeviceChain, DeviceMeshes, DeviceRow, TriangleChain};
 use crate::geometry::grid::Grid;
 use crate::geometry::obb::Obb;
 use crate::geometry::overlap::{jittered, overlap};
 use crate::geometry::voxel::Voxels;
-use crate::geometry::voxel_frame::VoxelFrame;
 use crate::imprint::collider::Collider;
 use crate::imprint::culled::CulledTile;
 use crate::imprint::dents::TileDents;
@@ -40,7 +39,6 @@ use crate::imprint::rim::Volumes;
 use crate::imprint::row::Sweep;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
 use crate::object::DisplacedObject;
-use crate::paint::ground::Ground;
 
 /// The voxel buffer that all imprints of a scene share.
 #[derive(Debug, Default)]
@@ -83,41 +81,6 @@ impl Imprinter {
     /// The depth limit that limits nothing, because half floats reach no further.
     pub(crate) const NO_LIMIT: f32 = 60000.0;
 
-    pub(crate) fn step(
-        &mut self,
-        context: &Context,
-        object: &mut DisplacedObject,
-        collider: &Collider,
-        settings: &ImprintSettings,
-        moment: Moment,
-        start: Option<&Field>,
-    ) -> Result<Report> {
-        let stats = context.stats();
-        let mut report = Report {
-            bytes: object.displacement().bytes(),
-            open_edges: collider.open_edges() as u64,
-            sub_steps: 1,
-            ..Report::default()
-        };
-        let Some(grid) = stats.time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?
-        else {
-            return Ok(report);
-        };
-        report.voxel_diagonal = grid.diagonal();
-        let there = self.cast_on_device(context, object, collider, start, &grid, settings);
-        let follows = there.is_some() && settings.smoothing <= 0.0;
-        let mut cast = match there {
-            Some(cast) => cast,
-            None => self.cast_here(context, object, collider, start, &grid, settings)?,
-        };
-        self.finish(context, object, &mut cast, settings, &mut report)?;
-        if follows {
-            DisplacedObject::write_there(context, self, &mut [object], &[(0, &report.changed)]);
-        }
-        raycast::give_back(context, cast.dents);
-        Ok(report)
-    }
-
     /// Culls, voxelises and casts rays on the processor.
     pub(crate) fn cast_here(
         &mut self,
@@ -154,7 +117,7 @@ impl Imprinter {
             triangles
         };
         let mut stage = stats.begin("imprint.raycast");
-        let dents = cast(context, object, start, &tiles, &self.voxels, settings);
+        let dents = raycast::cast(context, object, start, &tiles, &self.voxels, settings);
         let sum = |count: fn(&TileDents) -> u32| dents.iter().map(|dents| u64::from(count(dents))).sum::<u64>();
         let tested = sum(|dents| dents.tested);
         stage.count("coefficients", tested);
@@ -298,6 +261,77 @@ impl Imprintable for DisplacedObject {
     type Field = Field;
 }
 
+/// A displaced surface that an imprinter presses colliders into.
+pub(crate) trait Imprinted: Imprintable + Pressed {
+    /// Prepares for a row of imprints. Fails where it cannot have any.
+    fn prepare(&mut self, context: &Context) -> Result<()>;
+
+    /// Presses a collider in where it is, whose depth limit counts from `start`, if there is one.
+    fn press(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        collider: &Collider,
+        how: (&ImprintSettings, Moment),
+        start: Option<&Self::Field>,
+    ) -> Result<Report>;
+
+    /// Moves colliders along their motions, of which one alone may have a depth limit, and presses them into `objects`. Rows are
+    /// compiled here, once for each kind of object, and not in every crate that calls for one.
+    fn sweep(
+        context: &Context,
+        imprinter: &mut Imprinter,
+        objects: &mut [&mut Self],
+        colliders: &mut [&mut Collider],
+        sweeps: &[Sweep<'_>],
+        progress: &mut dyn Progress,
+    ) -> Result<Vec<Report>>;
+}
+
+impl Imprinted for DisplacedObject {
+    fn prepare(&mut self, _: &Context) -> Result<()> {
+        self.measure();
+        self.layers.displacement.check_editable()
+    }
+
+    fn press(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        collider: &Collider,
+        (settings, moment): (&ImprintSettings, Moment),
+        start: Option<&Field>,
+    ) -> Result<Report> {
+        let mut report = Report::before(self.displacement().bytes(), collider.open_edges() as u64);
+        let grid = context.stats().time("imprint.obb", || overlap_grid(context, self, collider, settings, moment))?;
+        let Some(grid) = grid else { return Ok(report) };
+        report.voxel_diagonal = grid.diagonal();
+        let there = imprinter.cast_on_device(context, self, collider, start, &grid, settings);
+        let follows = there.is_some() && settings.smoothing <= 0.0;
+        let mut cast = match there {
+            Some(cast) => cast,
+            None => imprinter.cast_here(context, self, collider, start, &grid, settings)?,
+        };
+        imprinter.finish(context, self, &mut cast, settings, &mut report)?;
+        if follows {
+            DisplacedObject::write_there(context, imprinter, &mut [self], &[(0, &report.changed)]);
+        }
+        raycast::give_back(context, cast.dents);
+        Ok(report)
+    }
+
+    fn sweep(
+        context: &Context,
+        imprinter: &mut Imprinter,
+        objects: &mut [&mut Self],
+        colliders: &mut [&mut Collider],
+        sweeps: &[Sweep<'_>],
+        progress: &mut dyn Progress,
+    ) -> Result<Vec<Report>> {
+        imprinter.sweep_steps(context, objects, colliders, sweeps, progress)
+    }
+}
+
 /// A displaced surface of any kind that colliders are pressed into.
 pub(crate) trait Pressed: Send {
     /// From object space to the world.
@@ -396,21 +430,6 @@ pub fn compact(context: &Context, object: &DisplacedObject, mut culled: Vec<Cull
     });
     sets.give_back(context);
     culled
-}
-
-/// Casts the rays of `tiles` into `voxels`. The depth limit counts from `start`, or from what the displacements are.
-pub fn cast(
-    context: &Context,
-    object: &DisplacedObject,
-    start: Option<&Field>,
-    tiles: &[CulledTile],
-    voxels: &Voxels,
-    settings: &ImprintSettings,
-) -> Vec<TileDents> {
-    let frame = VoxelFrame::new(voxels.grid(), object.transform());
-    let limits = settings.limits();
-    let Ground { heights, vectors } = object.ground();
-    raycast::cast(context, object.surface(), heights, vectors, start, tiles, &frame, voxels, &limits)
 }
 
 /// Writes the dents into the tiles: allocates tiles that need it, notes traces if the object has them, smooths if

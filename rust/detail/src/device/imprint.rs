@@ -17,6 +17,7 @@ mod shared;
 mod slots;
 pub(crate) mod smoothing;
 mod stages;
+mod submitted;
 pub(crate) mod triangle_imprint;
 pub(crate) mod triangle_press;
 mod triangle_rim;
@@ -24,7 +25,7 @@ mod triangle_smoothing;
 mod voxel;
 mod work;
 
-use relievo_core::{Context, Error, ErrorKind, Progress, Result};
+use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_gpu::Device;
 use relievo_tiles::Field;
 
@@ -41,13 +42,12 @@ use crate::geometry::grid::Grid;
 use crate::imprint::collider::Collider;
 use crate::imprint::dents::TileDents;
 use crate::imprint::rim::outwards;
-use crate::imprint::row::Sweep;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
-use crate::imprint::{Cast, Imprintable, Imprinter, Pressed, grid_over};
+use crate::imprint::{Cast, Imprinted, Imprinter, Pressed, grid_over};
 use crate::object::DisplacedObject;
 
-/// A surface that imprints are made into, one by one or several at a time on a device.
-pub(crate) trait Imprinted: Imprintable + Pressed + OnDevice {
+/// A surface into which a graphics device makes several imprints at a time.
+pub(crate) trait DeviceRow: Imprinted + OnDevice {
     /// What the rays of an imprint found.
     type Cast;
     /// What a submission goes by besides that is known of one of its objects.
@@ -61,36 +61,12 @@ pub(crate) trait Imprinted: Imprintable + Pressed + OnDevice {
     /// Bytes of its blocks.
     fn bytes(&self) -> u64;
 
-    /// Makes ready for a row of imprints. Fails where it cannot have any.
-    fn prepare(&mut self, context: &Context) -> Result<()>;
-
     /// Whether imprints of the given settings are for its device, together with others. Colliders that are too far from a
     /// grid are besides, see [`ImprintJob::new`].
     fn is_for_row(&self, settings: &ImprintSettings) -> bool;
 
     /// The device that a state is on.
     fn device_of(state: &Self::Device) -> &Device;
-
-    /// Presses a collider in where it is, whose depth limit counts from `start`, if there is one.
-    fn press(
-        &mut self,
-        context: &Context,
-        imprinter: &mut Imprinter,
-        collider: &Collider,
-        how: (&ImprintSettings, Moment),
-        start: Option<&Self::Field>,
-    ) -> Result<Report>;
-
-    /// Moves colliders along their motions, of which one alone may have a depth limit, and presses them into `objects`. Rows are
-    /// compiled here, once for each kind of object, and not in every crate that calls for one.
-    fn sweep(
-        context: &Context,
-        imprinter: &mut Imprinter,
-        objects: &mut [&mut Self],
-        colliders: &mut [&mut Collider],
-        sweeps: &[Sweep<'_>],
-        progress: &mut dyn Progress,
-    ) -> Result<Vec<Report>>;
 
     /// Makes `jobs` on the device of some objects, of which the states are given.
     fn cast(
@@ -202,7 +178,7 @@ impl Batch {
 impl Imprinter {
     /// Submits imprints together and adds the reports of the imprints that stay: none where the device does not make
     /// them. Returns whether more would have, had the ring update been made on the device between them.
-    pub(crate) fn submit<O: Imprinted>(
+    pub(crate) fn submit<O: DeviceRow>(
         &mut self,
         context: &Context,
         objects: &mut [&mut O],
@@ -228,7 +204,7 @@ impl Imprinter {
 
     /// Makes `jobs` on the device of `objects`, those with one that is the first one's; `None` where it fails, which an
     /// object then tells.
-    pub(crate) fn cast_together<O: Imprinted>(
+    pub(crate) fn cast_together<O: DeviceRow>(
         &mut self,
         context: &Context,
         objects: &mut [&mut O],
@@ -276,7 +252,7 @@ impl Imprinter {
 
     /// Writes what imprints that were made together found, up to one after which others would have found something else,
     /// or after which the boxes of others reach further. Returns whether it was what the ring update changed.
-    fn take_up<O: Imprinted>(
+    fn take_up<O: DeviceRow>(
         &mut self,
         context: &Context,
         objects: &mut [&mut O],
@@ -291,8 +267,7 @@ impl Imprinter {
             if outwards(object.reach()[1], &ready.settings) != ready.most {
                 return Ok(false);
             }
-            let mut report =
-                Report { bytes: object.bytes(), open_edges: ready.open_edges, sub_steps: 1, ..Report::default() };
+            let mut report = Report::before(object.bytes(), ready.open_edges);
             let mut stays = true;
             if let Some(grid) = &ready.grid {
                 let cast = casts.next().ok_or_else(|| Error::internal("an imprint was not made"))?;
@@ -354,7 +329,7 @@ impl Imprinter {
     }
 }
 
-impl Imprinted for DisplacedObject {
+impl DeviceRow for DisplacedObject {
     type Cast = Cast;
     type Known = ();
 
@@ -368,39 +343,12 @@ impl Imprinted for DisplacedObject {
         self.displacement().bytes()
     }
 
-    fn prepare(&mut self, _: &Context) -> Result<()> {
-        self.measure();
-        self.layers.displacement.check_editable()
-    }
-
     fn is_for_row(&self, settings: &ImprintSettings) -> bool {
         is_for_device(self, settings)
     }
 
     fn device_of(state: &DeviceObject) -> &Device {
         state.device()
-    }
-
-    fn press(
-        &mut self,
-        context: &Context,
-        imprinter: &mut Imprinter,
-        collider: &Collider,
-        (settings, moment): (&ImprintSettings, Moment),
-        start: Option<&Field>,
-    ) -> Result<Report> {
-        imprinter.step(context, self, collider, settings, moment, start)
-    }
-
-    fn sweep(
-        context: &Context,
-        imprinter: &mut Imprinter,
-        objects: &mut [&mut Self],
-        colliders: &mut [&mut Collider],
-        sweeps: &[Sweep<'_>],
-        progress: &mut dyn Progress,
-    ) -> Result<Vec<Report>> {
-        imprinter.sweep_steps(context, objects, colliders, sweeps, progress)
     }
 
     fn cast(

@@ -8,8 +8,7 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use relievo_core::lanes::Lanes;
 use relievo_core::{Context, dispatch_simd};
-use relievo_surface::Surface;
-use relievo_tiles::{Field, Vector};
+use relievo_tiles::Field;
 
 use crate::channels::frame::{Frames, STILL};
 use crate::channels::knots::{BLOCK_KNOTS, KnotBlock, block_edge};
@@ -19,30 +18,30 @@ use crate::geometry::voxel::{Columns, Voxels};
 use crate::geometry::voxel_frame::VoxelFrame;
 use crate::imprint::culled::CulledTile;
 use crate::imprint::dents::{DentBlock, Limits, TileDents, deepest, key, stepped_down, unkey};
+use crate::imprint::settings::ImprintSettings;
+use crate::object::DisplacedObject;
 use crate::paint::ground::Ground;
 
-/// Casts the rays of all coefficients in `tiles`. What is returned is in their order.
+/// Casts the rays of all coefficients of `object` in `tiles` into `voxels`, and returns what changes, in the order of `tiles`.
 ///
-/// `start` are the displacements from which the depth limit counts, those of `field` where it is `None`. With `vectors`
-/// rays start where these bring the coefficients' points.
-#[allow(clippy::too_many_arguments)]
+/// The depth limit counts from `start`, or from what the displacements are. Where the object has vectors, rays start where
+/// these bring the coefficients' points.
 pub fn cast(
     context: &Context,
-    surface: &Surface,
-    field: &Field,
-    vectors: Option<&Field<Vector>>,
+    object: &DisplacedObject,
     start: Option<&Field>,
     tiles: &[CulledTile],
-    frame: &VoxelFrame,
     voxels: &Voxels,
-    limits: &Limits,
+    settings: &ImprintSettings,
 ) -> Vec<TileDents> {
+    let limits = settings.limits();
     if limits.share <= 0.0 {
         return Vec::new();
     }
+    let frame = VoxelFrame::new(voxels.grid(), object.transform());
     let mut dents = context.scratch().take_list();
     context.map_into(tiles.len(), &mut dents, |index| {
-        cast_tile(context, surface, field, vectors, start, &tiles[index], frame, voxels, limits)
+        cast_tile(context, object, start, &tiles[index], &frame, voxels, &limits)
     });
     dents
 }
@@ -53,19 +52,18 @@ pub(crate) fn give_back(context: &Context, mut dents: Vec<TileDents>) {
     context.scratch().keep_list(dents);
 }
 
-#[allow(clippy::too_many_arguments)]
 fn cast_tile(
     context: &Context,
-    surface: &Surface,
-    field: &Field,
-    vectors: Option<&Field<Vector>>,
+    object: &DisplacedObject,
     start: Option<&Field>,
     culled: &CulledTile,
     frame: &VoxelFrame,
     voxels: &Voxels,
     limits: &Limits,
 ) -> TileDents {
-    let (tile, level) = (culled.tile, context.level());
+    let (tile, level, surface) = (culled.tile, context.level(), object.surface());
+    let ground = object.ground();
+    let Ground { heights: field, vectors } = ground;
     let size = field.size(tile);
     let edge = block_edge(size);
     let count = (edge * edge) as usize;
@@ -79,7 +77,6 @@ fn cast_tile(
     let mut values = [[f16::ZERO; BLOCK_KNOTS]; 2];
     let mut knots = KnotBlock::ZERO;
     let mut scratch = Scratch::default();
-    let ground = Ground { heights: field, vectors };
     let bent = vectors.is_some_and(|vectors| vectors.is_allocated(tile));
     let (mut frames, mut way) = (Frames::ZERO, STILL);
     for block in culled.blocks.iter().filter(|block| voxels.may_meet(block.low, block.high)) {

@@ -4,8 +4,8 @@
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Progress, Result};
 
-use crate::device::{Batch, Imprinted, MAX_JOBS};
-use crate::imprint::Imprinter;
+use crate::device::{Batch, DeviceRow, MAX_JOBS};
+use crate::imprint::{Imprinted, Imprinter};
 use crate::imprint::collider::Collider;
 use crate::imprint::motion::Motion;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
@@ -176,7 +176,7 @@ impl Imprinter {
     }
 
     /// Moves colliders along their motions, of which one alone may have a depth limit.
-    pub(crate) fn sweep_steps<O: Imprinted>(
+    pub(crate) fn sweep_steps<O: DeviceRow>(
         &mut self,
         context: &Context,
         objects: &mut [&mut O],
@@ -202,7 +202,7 @@ impl Imprinter {
 
     /// Makes the imprints of a row: on a device together the imprints that can be, else one by one. `progress` is asked
     /// before each.
-    fn make_row<O: Imprinted>(
+    fn make_row<O: DeviceRow>(
         &mut self,
         context: &Context,
         objects: &mut [&mut O],

@@ -6,6 +6,7 @@ use relievo_core::Context;
 
 use crate::imprint::dents::Limits;
 use crate::imprint::rim::Volumes;
+use crate::paint::report::unite;
 
 relievo_core::parameters! {
     /// How colliders imprint themselves.
@@ -94,20 +95,20 @@ pub struct Report {
 }
 
 impl Report {
+    /// Makes the report of an imprint that changed nothing so far.
+    pub(crate) fn before(bytes: u64, open_edges: u64) -> Self {
+        Self { bytes, open_edges, sub_steps: 1, ..Self::default() }
+    }
+
     /// Adds what another imprint did afterwards.
     pub fn merge(&mut self, other: impl Borrow<Self>) {
         let other = other.borrow();
-        let union = |a: &mut Vec<u32>, b: &[u32]| {
-            a.extend_from_slice(b);
-            a.sort_unstable();
-            a.dedup();
-        };
         self.tested_tiles += other.tested_tiles;
         self.tested_coefficients += other.tested_coefficients;
-        union(&mut self.changed, &other.changed);
+        unite(&mut self.changed, &other.changed);
         self.changed_coefficients += other.changed_coefficients;
         self.allocated += other.allocated;
-        union(&mut self.refused, &other.refused);
+        unite(&mut self.refused, &other.refused);
         self.clamped += other.clamped;
         self.triangles += other.triangles;
         self.open_edges = self.open_edges.max(other.open_edges);

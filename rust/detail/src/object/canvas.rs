@@ -159,18 +159,9 @@ impl Canvas for DisplacedObject {
     }
 
     fn dabs(&mut self, context: &Context, dabs: &[Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
-        let mut done: Vec<DabReport> = context.scratch().take_list();
-        while let Some((first, _)) = dabs[done.len()..].split_first() {
-            let together = match level {
-                0 => self.dab_on_device(context, &dabs[done.len()..], start.ground())?,
-                _ => None,
-            };
-            match together {
-                Some(reports) => done.extend(reports),
-                None => done.push(self.dab(context, first, start, level)?),
-            }
-        }
-        Ok(done)
+        one_after_another(self, context, dabs, start, level, |object, dabs| {
+            object.dab_on_device(context, dabs, start.ground())
+        })
     }
 
     fn show(&mut self, context: &Context) -> Result<Vec<u32>> {
@@ -231,18 +222,9 @@ impl Canvas for TriangleObject {
     }
 
     fn dabs(&mut self, context: &Context, dabs: &[Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
-        let mut done: Vec<DabReport> = context.scratch().take_list();
-        while let Some((first, _)) = dabs[done.len()..].split_first() {
-            let together = match level {
-                0 => self.dab_on_device(context, &dabs[done.len()..], start.triangles())?,
-                _ => None,
-            };
-            match together {
-                Some(reports) => done.extend(reports),
-                None => done.push(Canvas::dab(self, context, first, start, level)?),
-            }
-        }
-        Ok(done)
+        one_after_another(self, context, dabs, start, level, |object, dabs| {
+            object.dab_on_device(context, dabs, start.triangles())
+        })
     }
 
     fn show(&mut self, context: &Context) -> Result<Vec<u32>> {
@@ -252,4 +234,25 @@ impl Canvas for TriangleObject {
     fn end(&mut self, context: &Context) -> Result<Vec<u32>> {
         self.settle(context)
     }
+}
+
+/// Makes `dabs` in their order: the first few `there` at once, on the object's device, where it makes any, and else the first
+/// one here. Fails as [`Canvas::dabs`].
+fn one_after_another<O: Canvas>(
+    object: &mut O,
+    context: &Context,
+    dabs: &[Dab],
+    start: &Start,
+    level: u32,
+    there: impl Fn(&mut O, &[Dab]) -> Result<Option<Vec<DabReport>>>,
+) -> Result<Vec<DabReport>> {
+    let mut done: Vec<DabReport> = context.scratch().take_list();
+    while let Some((first, _)) = dabs[done.len()..].split_first() {
+        let together = if level == 0 { there(object, &dabs[done.len()..])? } else { None };
+        match together {
+            Some(reports) => done.extend(reports),
+            None => done.push(object.dab(context, first, start, level)?),
+        }
+    }
+    Ok(done)
 }

@@ -25,29 +25,29 @@ pub struct DabReport {
     pub bytes: u64,
 }
 
+/// Adds `more` to `numbers`, which become ascending and without repetition.
+pub(crate) fn unite(numbers: &mut Vec<u32>, more: &[u32]) {
+    numbers.extend_from_slice(more);
+    numbers.sort_unstable();
+    numbers.dedup();
+}
+
 impl DabReport {
     /// Counts tiles as refused.
     pub(crate) fn refuse(&mut self, tiles: Vec<u32>) {
-        self.refused.extend(tiles);
-        self.refused.sort_unstable();
-        self.refused.dedup();
+        unite(&mut self.refused, &tiles);
     }
 
     /// Adds what another dab did afterwards.
     pub fn merge(&mut self, other: impl Borrow<Self>) {
         let other = other.borrow();
-        let union = |a: &mut Vec<u32>, b: &[u32]| {
-            a.extend_from_slice(b);
-            a.sort_unstable();
-            a.dedup();
-        };
         self.tested_tiles += other.tested_tiles;
         self.tested_texels += other.tested_texels;
-        union(&mut self.changed, &other.changed);
+        unite(&mut self.changed, &other.changed);
         self.changed_texels += other.changed_texels;
         self.allocated += other.allocated;
         self.freed += other.freed;
-        union(&mut self.refused, &other.refused);
+        unite(&mut self.refused, &other.refused);
         self.bytes = other.bytes;
     }
 

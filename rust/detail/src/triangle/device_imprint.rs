@@ -4,23 +4,21 @@
 use std::collections::BTreeMap;
 
 use half::f16;
-use relievo_core::{Context, Progress, Result};
+use relievo_core::{Context, Result};
 use relievo_gpu::Device;
 use relievo_tiles::triangle::{Pattern, TriangleField};
 
 use super::device::TriangleDevice;
 use super::object::TriangleObject;
 use super::site::{Element, ElementEdit, values};
-use super::traces;
 use crate::device::{
-    DeviceMeshes, ImprintJob, Imprinted, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget,
+    DeviceMeshes, DeviceRow, ImprintJob, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget,
 };
 use crate::geometry::grid::Grid;
 use crate::imprint::collider::Collider;
 use crate::imprint::dents::key;
-use crate::imprint::row::Sweep;
-use crate::imprint::settings::{ImprintSettings, Moment, Report};
-use crate::imprint::{Imprintable, Imprinter};
+use crate::imprint::settings::{ImprintSettings, Report};
+use crate::imprint::Imprinter;
 
 impl Imprinter {
     /// Culls, voxelises and casts rays on the object's device; `None` if the processor is to do it.
@@ -59,11 +57,7 @@ fn is_for_device(object: &TriangleObject, settings: &ImprintSettings) -> bool {
     object.device.is_some() && settings.share > 0.0
 }
 
-impl Imprintable for TriangleObject {
-    type Field = TriangleField;
-}
-
-impl Imprinted for TriangleObject {
+impl DeviceRow for TriangleObject {
     type Cast = TriangleCast;
     type Known = Known;
 
@@ -77,42 +71,12 @@ impl Imprinted for TriangleObject {
         self.displacement().bytes()
     }
 
-    fn prepare(&mut self, context: &Context) -> Result<()> {
-        // An undo may have put vectors back.
-        self.renew_vectors(context);
-        self.measure();
-        self.layers.displacement.check_editable()?;
-        self.traces.as_ref().map_or(Ok(()), |traces| traces::check(self.displacement().field(), traces.field()))
-    }
-
     fn is_for_row(&self, settings: &ImprintSettings) -> bool {
         is_for_device(self, settings)
     }
 
     fn device_of(state: &TriangleDevice) -> &Device {
         state.device()
-    }
-
-    fn press(
-        &mut self,
-        context: &Context,
-        imprinter: &mut Imprinter,
-        collider: &Collider,
-        (settings, moment): (&ImprintSettings, Moment),
-        start: Option<&TriangleField>,
-    ) -> Result<Report> {
-        imprinter.step_triangles(context, self, collider, settings, moment, start)
-    }
-
-    fn sweep(
-        context: &Context,
-        imprinter: &mut Imprinter,
-        objects: &mut [&mut Self],
-        colliders: &mut [&mut Collider],
-        sweeps: &[Sweep<'_>],
-        progress: &mut dyn Progress,
-    ) -> Result<Vec<Report>> {
-        imprinter.sweep_steps(context, objects, colliders, sweeps, progress)
     }
 
     fn cast(

@@ -7,7 +7,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
-use relievo_core::{Context, Result};
+use relievo_core::{Context, Progress, Result};
 use relievo_tiles::triangle::TriangleField;
 
 use super::dab::{is_kept, write};
@@ -27,57 +27,77 @@ use crate::imprint::collider::Collider;
 use crate::imprint::dents::{Limits, TileDents};
 use crate::imprint::raycast::{Scratch, cast_block};
 use crate::imprint::rim::Volumes;
+use crate::imprint::row::Sweep;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
-use crate::imprint::{Imprinter, Pressed, grid_over};
+use crate::imprint::{Imprintable, Imprinted, Imprinter, Pressed, grid_over};
 
-impl Imprinter {
-    pub(super) fn step_triangles(
+impl Imprintable for TriangleObject {
+    type Field = TriangleField;
+}
+
+impl Imprinted for TriangleObject {
+    fn prepare(&mut self, context: &Context) -> Result<()> {
+        // An undo may have put vectors back.
+        self.renew_vectors(context);
+        self.measure();
+        self.layers.displacement.check_editable()?;
+        self.traces.as_ref().map_or(Ok(()), |traces| traces::check(self.displacement().field(), traces.field()))
+    }
+
+    fn press(
         &mut self,
         context: &Context,
-        object: &mut TriangleObject,
+        imprinter: &mut Imprinter,
         collider: &Collider,
-        settings: &ImprintSettings,
-        moment: Moment,
+        (settings, moment): (&ImprintSettings, Moment),
         start: Option<&TriangleField>,
     ) -> Result<Report> {
         let stats = context.stats();
-        let mut report = Report {
-            bytes: object.displacement().bytes(),
-            open_edges: collider.open_edges() as u64,
-            sub_steps: 1,
-            ..Report::default()
-        };
-        let Some(grid) = stats.time("imprint.obb", || grid_over(context, object, collider, settings, moment))? else {
+        let mut report = Report::before(self.displacement().bytes(), collider.open_edges() as u64);
+        let Some(grid) = stats.time("imprint.obb", || grid_over(context, self, collider, settings, moment))? else {
             return Ok(report);
         };
         report.voxel_diagonal = grid.diagonal();
         let before = start.map(|heights| TriangleGround { heights, vectors: None });
-        match self.cast_triangles_on_device(context, object, collider, start, &grid, settings) {
+        match imprinter.cast_triangles_on_device(context, self, collider, start, &grid, settings) {
             Some((cast, mut known)) => {
-                self.finish_triangles_there(context, object, &cast, &mut known, settings, &mut report)?;
+                imprinter.finish_triangles_there(context, self, &cast, &mut known, settings, &mut report)?;
             }
             None => {
                 let (faces, mut edits) =
-                    self.cast_triangles_here(context, object, collider, start, &grid, settings, &mut report)?;
+                    imprinter.cast_triangles_here(context, self, collider, start, &grid, settings, &mut report)?;
                 if faces.is_empty() {
                     return Ok(report);
                 }
                 let mut volumes = Vec::new();
                 if settings.rim > 0.0 {
                     let _stage = stats.begin("imprint.rim");
-                    volumes = rim::raise(context, object, before, &mut edits, &self.voxels, settings)?;
+                    volumes = rim::raise(context, self, before, &mut edits, &imprinter.voxels, settings)?;
                 }
                 let kept = |field: &TriangleField, refused: &[u32]| {
                     let kept = |element| is_kept(field, refused, element, field.pattern());
                     volumes.iter().filter(|(element, _)| kept(*element)).map(|(_, volumes)| *volumes).sum()
                 };
-                let tested = finish_triangles(context, object, (&faces, edits, kept), settings, &mut report)?;
+                let tested = finish_triangles(context, self, (&faces, edits, kept), settings, &mut report)?;
                 [report.tested_tiles, report.tested_coefficients] = tested;
             }
         }
         Ok(report)
     }
 
+    fn sweep(
+        context: &Context,
+        imprinter: &mut Imprinter,
+        objects: &mut [&mut Self],
+        colliders: &mut [&mut Collider],
+        sweeps: &[Sweep<'_>],
+        progress: &mut dyn Progress,
+    ) -> Result<Vec<Report>> {
+        imprinter.sweep_steps(context, objects, colliders, sweeps, progress)
+    }
+}
+
+impl Imprinter {
     /// Writes what the rays of a device found, by what is `known` of its blocks.
     pub(super) fn finish_triangles_there(
         &mut self,

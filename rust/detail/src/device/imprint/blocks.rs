@@ -8,7 +8,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 use relievo_gpu::wgsl::imprint_link::Step;
-use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, Kernel, KernelSpec, Pass, Readback, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
@@ -170,11 +170,6 @@ impl DeviceBlocks {
         let [entries, texels] = tiles.buffers();
         let bound = device.bind(&self.writing, 0, &[chosen.wgpu(), self.records.wgpu(), entries, texels])?;
         frame.pass("imprint.device.write").run(&self.writing, &[&bound], &count.to_ne_bytes(), groups(count))
-    }
-
-    /// Records the way back of the records `range`.
-    pub fn read(&self, frame: &mut Frame, range: std::ops::Range<usize>) -> Result<Readback<Record>> {
-        frame.read(&self.records, range)
     }
 }
 

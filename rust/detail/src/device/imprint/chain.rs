@@ -19,19 +19,17 @@ use super::job::{Ground, ImprintJob, JobParams, MAX_JOBS, Slots};
 use super::meshes::DeviceMeshes;
 use super::moved::Moved;
 use super::rim::{Around, DeviceRims, RimRoom, volumes};
-use super::shared::{Shared, check, parse};
+use super::shared::{Shared, check};
 use super::slots::{places, slots, works};
 use super::smoothing::{BoundTiles, DeviceSmoothing};
 use super::stages::{Stages, Target};
+use super::submitted::{FIRST_ROOM, Results, Submitted};
 use super::voxel::{DeviceVoxels, VoxelRoom};
 use crate::channels::knots::BLOCK_KNOTS;
 use crate::device::state::DeviceObject;
 use crate::imprint::Cast;
 use crate::imprint::collider::Collider;
 use crate::imprint::dents::{DentBlock, TileDents, unkey};
-
-/// Blocks that there is room for at first, and that are read back.
-const FIRST_ROOM: usize = 512;
 
 /// What imprints have on a device besides the objects.
 #[derive(Debug)]
@@ -256,52 +254,13 @@ impl DeviceChain {
             bound,
         };
         stages.record(device, &mut frame, batches)?;
-        let record_room = blocks.room()[1];
-        let told = self.shared.read_told(&mut frame, jobs.len())?;
-        let likely = self.likely.min(record_room);
-        let first = blocks.read(&mut frame, 0..likely)?;
-        let volumes =
-            |frame: &mut _, range| rising.then(|| self.rims()?.stages().read_volumes(frame, range)).transpose();
-        let first_moved = volumes(&mut frame, 0..likely)?;
-        let told_rims = rising.then(|| self.rims()?.stages().read(&mut frame, jobs.len())).transpose()?;
-        let submission = frame.submit()?;
-        time.end();
-        let ([kept, taken], told) = parse(&told.get(device)?);
-        let mut records = first.get(device)?;
-        for time in submission.wait()? {
-            context.stats().add(time.name, time.length);
-        }
-        let there = kept.min(record_room);
-        records.truncate(there);
-        let mut all_moved = first_moved.map_or(Ok(Vec::new()), |it| it.get(device))?;
-        all_moved.truncate(there);
-        if there > likely {
-            let mut frame = device.frame()?;
-            let rest = blocks.read(&mut frame, likely..there)?;
-            let rest_moved = volumes(&mut frame, likely..there)?;
-            let _ = frame.submit()?;
-            records.extend(rest.get(device)?);
-            all_moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);
-        }
-        let rim_room = told_rims.map(|read| self.rims()?.stages().needed(context, device, read)).transpose()?;
-        self.likely = (kept + kept / 4).max(FIRST_ROOM);
-        Ok(Submitted { kept, taken, told, records, moved: all_moved, rim_room })
+        let rims = self.rims.as_ref().filter(|_| rising).map(DeviceRims::stages);
+        let results = Results { shared: &self.shared, records: blocks.records(), rims, jobs: jobs.len() };
+        let mut likely = self.likely;
+        let made = results.submit(context, device, frame, &mut likely, time)?;
+        self.likely = likely;
+        Ok(made)
     }
-}
-
-/// What came back of a submission.
-struct Submitted {
-    /// Blocks that changed.
-    kept: usize,
-    /// Tiles that are worked on.
-    taken: usize,
-    /// The counters of every imprint.
-    told: Vec<JobCounters>,
-    /// The blocks, as many as there was room for, and their volumes where something rises.
-    records: Vec<Record>,
-    moved: Vec<[f32; 2]>,
-    /// The room that rims need.
-    rim_room: Option<RimRoom>,
 }
 
 /// Returns the parameters of an imprint for the kernels.

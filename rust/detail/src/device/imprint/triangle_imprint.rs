@@ -18,7 +18,8 @@ use super::blocks::Record;
 use super::job::{Ground, ImprintJob, JobParams, MAX_JOBS, Slots};
 use super::meshes::DeviceMeshes;
 use super::rim::{Around, RimRoom, RimStages, volumes};
-use super::shared::{Shared, check, parse, step};
+use super::shared::{Shared, check, step};
+use super::submitted::{FIRST_ROOM, Results, Submitted};
 use super::triangle_press::{CASTING, CULLING, TrianglePress, parts};
 use super::triangle_rim::BoundRim;
 use super::triangle_smoothing::{Beside, BoundMesh, TriangleSmoothing};
@@ -73,9 +74,6 @@ pub(crate) struct TriangleCast {
     pub volumes: Vec<(u32, Volumes)>,
 }
 
-/// Records that there is room for at first, and that are read back.
-const FIRST_ROOM: usize = 512;
-
 /// What imprints on triangle meshes have on a device besides the meshes.
 #[derive(Debug)]
 pub(crate) struct TriangleChain {
@@ -99,19 +97,6 @@ struct Bound {
     smoothing: Option<BoundMesh>,
     /// What culls around contacts, and what rises there.
     rim: Option<(Bindings, BoundRim)>,
-}
-
-/// What came back of a submission.
-struct Submitted {
-    /// Records, whether or not there was room for them, and triangles that were smoothed.
-    kept: usize,
-    taken: usize,
-    told: Vec<JobCounters>,
-    /// The records that there was room for, and their volumes where something rises.
-    records: Vec<Record>,
-    moved: Vec<[f32; 2]>,
-    /// The room that rims need.
-    rim_room: Option<RimRoom>,
 }
 
 impl TriangleChain {
@@ -244,34 +229,12 @@ impl TriangleChain {
             }
         }
         drop(pass);
-        let told = self.shared.read_told(&mut frame, jobs.len())?;
-        let likely = self.likely.min(self.records.len());
-        let first = frame.read(&self.records, 0..likely)?;
-        let volumes = |frame: &mut _, range| rising.then(|| self.rims()?.read_volumes(frame, range)).transpose();
-        let first_moved = volumes(&mut frame, 0..likely)?;
-        let told_rims = rising.then(|| self.rims()?.read(&mut frame, jobs.len())).transpose()?;
-        let submission = frame.submit()?;
-        time.end();
-        let ([kept, taken], told) = parse(&told.get(device)?);
-        let mut records = first.get(device)?;
-        for time in submission.wait()? {
-            context.stats().add(time.name, time.length);
-        }
-        let there = kept.min(self.records.len());
-        records.truncate(there);
-        let mut moved = first_moved.map_or(Ok(Vec::new()), |it| it.get(device))?;
-        moved.truncate(there);
-        if there > likely {
-            let mut frame = device.frame()?;
-            let rest = frame.read(&self.records, likely..there)?;
-            let rest_moved = volumes(&mut frame, likely..there)?;
-            let _ = frame.submit()?;
-            records.extend(rest.get(device)?);
-            moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);
-        }
-        let rim_room = told_rims.map(|read| self.rims()?.needed(context, device, read)).transpose()?;
-        self.likely = (kept + kept / 4).max(FIRST_ROOM);
-        Ok(Submitted { kept, taken, told, records, moved, rim_room })
+        let rims = if rising { Some(self.rims()?) } else { None };
+        let results = Results { shared: &self.shared, records: &self.records, rims, jobs: jobs.len() };
+        let mut likely = self.likely;
+        let made = results.submit(context, device, frame, &mut likely, time)?;
+        self.likely = likely;
+        Ok(made)
     }
 
     /// What is bound of a mesh.
