@@ -9,12 +9,8 @@ var<immediate> tiles: u32;
 const FAR: f32 = 3.0e38;
 
 @compute @workgroup_size(GROUP)
-fn bound(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let tile = linear_group(group, groups) * GROUP + local;
+fn bound(id: Invocation) {
+    let tile = linear_group(id) * GROUP + id.local;
     if tile >= tiles {
         return;
     }

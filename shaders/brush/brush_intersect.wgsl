@@ -71,12 +71,8 @@ fn meets(tile: u32) -> bool {
 }
 
 @compute @workgroup_size(GROUP)
-fn intersect(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let tile = linear_group(group, groups) * GROUP + local;
+fn intersect(id: Invocation) {
+    let tile = linear_group(id) * GROUP + id.local;
     if tile >= work.tiles {
         return;
     }

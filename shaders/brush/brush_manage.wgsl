@@ -37,12 +37,8 @@ const ROW: u32 = 32768u;
 
 // All blocks are free.
 @compute @workgroup_size(GROUP)
-fn reset(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups) * GROUP + local;
+fn reset(id: Invocation) {
+    let index = linear_group(id) * GROUP + id.local;
     if index == 0u {
         memory.free = work.capacity;
         memory.fewest = work.capacity;
@@ -61,12 +57,8 @@ fn reset(
 }
 
 @compute @workgroup_size(GROUP)
-fn deallocate(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups) * GROUP + local;
+fn deallocate(id: Invocation) {
+    let index = linear_group(id) * GROUP + id.local;
     if index >= counts[8] {
         return;
     }
@@ -76,12 +68,8 @@ fn deallocate(
 }
 
 @compute @workgroup_size(GROUP)
-fn allocate(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups) * GROUP + local;
+fn allocate(id: Invocation) {
+    let index = linear_group(id) * GROUP + id.local;
     let there = memory.free + counts[8];
     if index >= counts[4] || index >= there {
         return;

@@ -53,18 +53,14 @@ fn edited(tile: u32, block: u32, size: u32, i: u32, j: u32, now: vec4<f32>) -> v
 
 // One texel of the block of one tile.
 @compute @workgroup_size(GROUP)
-fn edit(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let found = begin_edit(group.x + groups.x * group.z, local);
+fn edit(id: Invocation) {
+    let found = begin_edit(id.group.x + id.groups.x * id.group.z, id.local);
     let size = brush_tiles[found.x].size;
     if found.y != BLOCK_NONE {
-        let count = select(0u, 1u, edit_texel(found.x, found.y, group.y * GROUP + local));
+        let count = select(0u, 1u, edit_texel(found.x, found.y, id.group.y * GROUP + id.local));
         note_texels(count, count);
     }
-    finish_edit(found.y, size * size, group.y == 0u, local);
+    finish_edit(found.y, size * size, id.group.y == 0u, id.local);
 }
 
 /// Makes a texel anew; returns whether it changes.

@@ -52,18 +52,14 @@ fn edited(tile: u32, block: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
 
 // One word, two texels of a row, of the block of one tile.
 @compute @workgroup_size(GROUP)
-fn edit(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let found = begin_edit(group.x + groups.x * group.z, local);
+fn edit(id: Invocation) {
+    let found = begin_edit(id.group.x + id.groups.x * id.group.z, id.local);
     let size = brush_tiles[found.x].size;
     if found.y != BLOCK_NONE {
-        let count = edit_word(found.x, found.y, group.y * GROUP + local);
+        let count = edit_word(found.x, found.y, id.group.y * GROUP + id.local);
         note_texels(count, count);
     }
-    finish_edit(found.y, size * size, group.y == 0u, local);
+    finish_edit(found.y, size * size, id.group.y == 0u, id.local);
 }
 
 /// Makes two texels anew; returns how many of them change.

@@ -27,25 +27,21 @@ struct Still {
 var<immediate> work: Still;
 
 /// The tile of a workgroup, its block, and a word in that; none where there is no such.
-fn word_of(group: vec3<u32>, groups: vec3<u32>, local: u32) -> vec3<u32> {
-    let index = group.x + groups.x * group.z;
+fn word_of(id: Invocation) -> vec3<u32> {
+    let index = id.group.x + id.groups.x * id.group.z;
     if index >= counts[0] {
         return vec3(BLOCK_NONE);
     }
     let tile = lists[index];
     let stride = brush_tiles[tile].size + 2u;
-    let word = group.y * GROUP + local;
+    let word = id.group.y * GROUP + id.local;
     let there = pointers[tile] != BLOCK_NONE && word < stride * stride * work.halves / 2u;
     return select(vec3(BLOCK_NONE), vec3(tile, pointers[tile], word), there);
 }
 
 @compute @workgroup_size(GROUP)
-fn fill(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let found = word_of(group, groups, local);
+fn fill(id: Invocation) {
+    let found = word_of(id);
     if found.y == BLOCK_NONE || states[BLOCK_WORDS * found.y + BLOCK_TAKEN] != work.dab {
         return;
     }
@@ -58,12 +54,8 @@ fn fill(
 }
 
 @compute @workgroup_size(GROUP)
-fn keep(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let found = word_of(group, groups, local);
+fn keep(id: Invocation) {
+    let found = word_of(id);
     if found.y == BLOCK_NONE {
         return;
     }

@@ -29,12 +29,9 @@ fn left_of(stamp: u32) -> f32 {
 
 // One word of halves, or one colour.
 @compute @workgroup_size(GROUP)
-fn fade(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let job = jobs[group.y];
-    let at = group.x * GROUP + local;
+fn fade(id: Invocation) {
+    let job = jobs[id.group.y];
+    let at = id.group.x * GROUP + id.local;
     if work.format == 0u {
         if 2u * at < job.y {
             // The last word of texels may be half empty.

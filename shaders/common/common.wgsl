@@ -1,16 +1,17 @@
+// import invocation
 // What all kernels share.
 
 /// Items of a workgroup in one dimension.
 const GROUP: u32 = 256u;
 
 /// The number of a workgroup whose dispatch is spread over x and y.
-fn linear_group(group: vec3<u32>, groups: vec3<u32>) -> u32 {
-    return group.x + group.y * groups.x;
+fn linear_group(id: Invocation) -> u32 {
+    return id.group.x + id.group.y * id.groups.x;
 }
 
 /// The number of an invocation among all.
-fn linear_item(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
-    return linear_group(group, groups) * GROUP + local;
+fn linear_item(id: Invocation) -> u32 {
+    return linear_group(id) * GROUP + id.local;
 }
 
 /// The nearest half float, ties to even, as bits; too large numbers become infinity. What devices have for it may round

@@ -76,12 +76,8 @@ const VISIBLE: u32 = 2u;
 /// Lists all agents with the first matrices of their poses, by which they are sorted before buckets; those with weights of their
 /// own come first.
 @compute @workgroup_size(GROUP)
-fn enlist(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_item(group, groups, local);
+fn enlist(id: Invocation) {
+    let index = linear_item(id);
     if index < call.agents {
         keys[index] = 2u * poses[index].x + u32(agents[index].own == NONE);
         values[index] = index;
@@ -94,12 +90,8 @@ fn is_chosen(agent: u32) -> bool {
 
 /// Gives every agent its bucket.
 @compute @workgroup_size(GROUP)
-fn choose(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_item(group, groups, local);
+fn choose(id: Invocation) {
+    let at = linear_item(id);
     if at >= call.agents {
         return;
     }
@@ -268,30 +260,26 @@ fn plan(at: u32, local: u32) -> vec4<u32> {
 }
 
 @compute @workgroup_size(GROUP)
-fn count_draws(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_group(group, groups);
-    let task = plan(at, local);
+fn count_draws(id: Invocation) {
+    let at = linear_group(id);
+    let task = plan(at, id.local);
     var found = 0u;
     if task.y == 1u {
         let model = model_of(task.z);
         let eye = eye_of(task.z);
-        for (var cluster = local; cluster < task.x; cluster += GROUP) {
+        for (var cluster = id.local; cluster < task.x; cluster += GROUP) {
             found += u32(is_drawn(cluster, model, task.z, eye));
         }
     }
-    sums[local] = found;
+    sums[id.local] = found;
     workgroupBarrier();
     for (var half = GROUP / 2u; half > 0u; half /= 2u) {
-        if local < half {
-            sums[local] += sums[local + half];
+        if id.local < half {
+            sums[id.local] += sums[id.local + half];
         }
         workgroupBarrier();
     }
-    if local == 0u && at < atomicLoad(&counts[0]) {
+    if id.local == 0u && at < atomicLoad(&counts[0]) {
         starts[at] = select(task.x, sums[0], task.y == 1u);
     }
 }
@@ -313,19 +301,15 @@ fn write(place: u32, model: Model, number: u32, cluster: u32, first: u32, count:
 }
 
 @compute @workgroup_size(GROUP)
-fn write_draws(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_group(group, groups);
-    let task = plan(at, local);
+fn write_draws(id: Invocation) {
+    let at = linear_group(id);
+    let task = plan(at, id.local);
     let seen = atomicLoad(&counts[0]);
     let is_in = at < seen;
     let agent = values[min(at, call.agents - 1u)];
     let number = bitcast<u32>(agents[agent].inverse[2].w);
     let model = models[number];
-    if local == 0u {
+    if id.local == 0u {
         base = 0u;
         if is_in {
             base = starts[at];
@@ -345,7 +329,7 @@ fn write_draws(
         if task.x > 0u {
             count = first_of(keys[at] + 1u, at) - at;
         }
-        for (var it = local; it < task.x; it += GROUP) {
+        for (var it = id.local; it < task.x; it += GROUP) {
             write(first + it, model, number, ladders[task.w + it], at, count, 0.0);
         }
         return;
@@ -353,25 +337,25 @@ fn write_draws(
     let eye = eye_of(agent);
     var before = first;
     for (var start = 0u; start < task.x; start += GROUP) {
-        let cluster = start + local;
+        let cluster = start + id.local;
         var mine = 0u;
         if cluster < task.x {
             mine = u32(is_drawn(cluster, model, agent, eye));
         }
-        sums[local] = mine;
+        sums[id.local] = mine;
         workgroupBarrier();
         for (var step = 1u; step < GROUP; step *= 2u) {
             var lower = 0u;
-            if local >= step {
-                lower = sums[local - step];
+            if id.local >= step {
+                lower = sums[id.local - step];
             }
             workgroupBarrier();
-            sums[local] += lower;
+            sums[id.local] += lower;
             workgroupBarrier();
         }
         if mine == 1u {
             let blend = blend_of(cluster, model, agent, eye);
-            write(before + sums[local] - 1u, model, number, cluster, at, 1u, blend);
+            write(before + sums[id.local] - 1u, model, number, cluster, at, 1u, blend);
         }
         before += sums[GROUP - 1u];
         workgroupBarrier();

@@ -61,12 +61,8 @@ fn depth_at(level: u32, at: vec2<u32>) -> f32 {
 }
 
 @compute @workgroup_size(GROUP)
-fn reduce(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_item(group, groups, local);
+fn reduce(id: Invocation) {
+    let index = linear_item(id);
     let own = levels[call.level];
     if index >= own.width * own.height {
         return;
@@ -134,12 +130,8 @@ fn is_box_hidden(agent: u32, box_low: vec3<f32>, box_high: vec3<f32>, wider: f32
 }
 
 @compute @workgroup_size(GROUP)
-fn test_agents(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_item(group, groups, local);
+fn test_agents(id: Invocation) {
+    let index = linear_item(id);
     if index >= call.agents {
         return;
     }
@@ -153,12 +145,8 @@ fn test_agents(
 /// Finds the draws of a single agent whose clusters are hidden while the agent is not. These are in a group with others, which
 /// has the box of all of them in every pose.
 @compute @workgroup_size(GROUP)
-fn test_draws(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let draw = linear_item(group, groups, local);
+fn test_draws(id: Invocation) {
+    let draw = linear_item(id);
     if draw >= min(atomicLoad(&counts[1]), call.draws) || draws[5u * draw + 1u] != 1u {
         return;
     }

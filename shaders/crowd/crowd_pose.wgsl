@@ -119,12 +119,8 @@ fn is_chosen(agent: u32) -> bool {
 }
 
 @compute @workgroup_size(GROUP)
-fn mark_runs(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_item(group, groups, local);
+fn mark_runs(id: Invocation) {
+    let at = linear_item(id);
     if at > call.agents {
         return;
     }
@@ -155,12 +151,8 @@ fn cluster_of(draw: u32) -> vec2<u32> {
 
 /// Begins runs where draws do, so that a run is of one draw's instances.
 @compute @workgroup_size(GROUP)
-fn split_runs(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let draw = linear_item(group, groups, local);
+fn split_runs(id: Invocation) {
+    let draw = linear_item(id);
     if draw < min(counts[1], call.draws) {
         runs[draws[5u * draw + 4u]] = 1u;
     }
@@ -168,12 +160,8 @@ fn split_runs(
 
 /// Lists the first instances of runs, and the instances that are drawn.
 @compute @workgroup_size(GROUP)
-fn list_runs(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_item(group, groups, local);
+fn list_runs(id: Invocation) {
+    let at = linear_item(id);
     if at >= counts[0] {
         return;
     }
@@ -192,12 +180,8 @@ fn is_known(run: u32) -> bool {
 
 /// Marks the runs that are drawn and have no vertices yet.
 @compute @workgroup_size(GROUP)
-fn mark_fresh(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let run = linear_item(group, groups, local);
+fn mark_fresh(id: Invocation) {
+    let run = linear_item(id);
     if run > call.agents {
         return;
     }
@@ -215,12 +199,8 @@ fn mark_fresh(
 }
 
 @compute @workgroup_size(GROUP)
-fn count_parts(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_item(group, groups, local);
+fn count_parts(id: Invocation) {
+    let at = linear_item(id);
     if at < call.agents && fresh[at + 1u] != fresh[at] {
         lists[2u * call.agents + fresh[at]] = at;
     }
@@ -358,12 +338,8 @@ fn place_of(number: u32, instance: u32) -> Place {
 }
 
 @compute @workgroup_size(GROUP)
-fn pose_vertices(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_item(group, groups, local);
+fn pose_vertices(id: Invocation) {
+    let at = linear_item(id);
     var before = 0u;
     if call.pass_number == 1u {
         before = min(posed_before[call.draws], call.posed);
@@ -388,12 +364,8 @@ fn pose_vertices(
 }
 
 @compute @workgroup_size(GROUP)
-fn write_corners(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_item(group, groups, local);
+fn write_corners(id: Invocation) {
+    let at = linear_item(id);
     let count = min(corner_starts[call.draws], call.corners);
     if at == 0u {
         arguments[0] = count;

@@ -188,12 +188,8 @@ fn draw(sprite: Sprite, x: u32, y: u32) -> bool {
 
 /// Makes all pixels empty.
 @compute @workgroup_size(GROUP)
-fn begin(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_item(group, groups, local);
+fn begin(id: Invocation) {
+    let at = linear_item(id);
     if at >= look.width * look.height {
         return;
     }
@@ -209,12 +205,8 @@ fn begin(
 
 /// Draws small sprites: all of a chunk, and later those of the first list. Wide ones go into the second list.
 @compute @workgroup_size(GROUP)
-fn narrow(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_item(group, groups, local);
+fn narrow(id: Invocation) {
+    let item = linear_item(id);
     var particle = item;
     if chunk.step == ADD {
         if item >= chunk.count {
@@ -263,23 +255,19 @@ fn arrange() {
 
 /// Draws wide sprites: a workgroup has 64 rows of one.
 @compute @workgroup_size(GROUP)
-fn wide(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_group(group, groups);
+fn wide(id: Invocation) {
+    let item = linear_group(id);
     if item >= atomicLoad(&counts[1]) {
         return;
     }
     let sprite = sprite_of(rows[lists[chunk.room + item]]);
-    let top = max(sprite.low.y, group.z * STRIP);
-    let bottom = min(sprite.high.y, (group.z + 1u) * STRIP);
+    let top = max(sprite.low.y, id.group.z * STRIP);
+    let bottom = min(sprite.high.y, (id.group.z + 1u) * STRIP);
     if top >= bottom {
         return;
     }
     let width = sprite.high.x - sprite.low.x;
-    for (var at = local; at < width * (bottom - top); at += GROUP) {
+    for (var at = id.local; at < width * (bottom - top); at += GROUP) {
         draw(sprite, sprite.low.x + at % width, top + at / width);
     }
 }

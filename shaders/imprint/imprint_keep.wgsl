@@ -3,7 +3,7 @@
 // Keeps what rays changed, on its way back to the host and for the imprints of later dispatches. A workgroup takes a block.
 
 @group(0) @binding(5) var<storage, read_write> slots: array<atomic<u32>>;
-@group(0) @binding(6) var<storage, read_write> told: AllTold;
+@group(0) @binding(6) var<storage, read_write> counters: AllCounters;
 @group(0) @binding(7) var<storage, read_write> records: array<u32>;
 
 var<workgroup> sum_changed: atomic<i32>;
@@ -13,7 +13,7 @@ var<workgroup> shared_place: u32;
 
 // Takes a record with a head, if there is room. Returns its place, which is in `shared_place` too.
 fn take_record(head: vec4<u32>) -> u32 {
-    let place = atomicAdd(&told.kept, 1u);
+    let place = atomicAdd(&counters.kept, 1u);
     shared_place = place;
     if place < work.records {
         for (var k = 0u; k < 4u; k++) {
@@ -27,7 +27,7 @@ fn take_record(head: vec4<u32>) -> u32 {
 fn keep(item: vec4<u32>, link: u32) {
     let clamped = atomicLoad(&sum_clamped);
     if clamped > 0 {
-        atomicAdd(&told.links[link].clamped, u32(clamped));
+        atomicAdd(&counters.links[link].clamped, u32(clamped));
     }
     let changed = atomicLoad(&sum_changed);
     if changed == 0 {

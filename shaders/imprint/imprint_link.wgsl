@@ -129,7 +129,7 @@ struct JobCounters {
     @size(8) changed: atomic<u32>,
 }
 
-struct AllTold {
+struct AllCounters {
     // Blocks that are kept, and those of tiles that were worked on, whether or not there was room for them.
     kept: atomic<u32>,
     @size(12) taken: atomic<u32>,

@@ -16,26 +16,22 @@ struct Writing {
 var<immediate> work: Writing;
 
 @compute @workgroup_size(PAIRS)
-fn write_blocks(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups);
+fn write_blocks(id: Invocation) {
+    let index = linear_group(id);
     if index >= work.blocks {
         return;
     }
     let record = RECORD * chosen[index];
     let entry = entries[records[record]];
     let edge = min(entry.y, EDGE);
-    if entry.x == NONE || 2u * local >= edge * edge {
+    if entry.x == NONE || 2u * id.local >= edge * edge {
         return;
     }
     let block = records[record + 1u] & 0xffffu;
     let across = entry.y / edge;
-    let row = block / across * edge + 2u * local / edge;
-    let column = block % across * edge + 2u * local % edge;
-    let pair = records[record + HEADER + local];
+    let row = block / across * edge + 2u * id.local / edge;
+    let column = block % across * edge + 2u * id.local % edge;
+    let pair = records[record + HEADER + id.local];
     for (var k = 0u; k < 2u; k++) {
         let texel = (row + 1u) * (entry.y + 2u) + column + k + 1u;
         let shift = 16u * (texel & 1u);

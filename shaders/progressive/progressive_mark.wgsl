@@ -15,31 +15,23 @@ struct CutCall {
 var<immediate> cut: CutCall;
 
 @compute @workgroup_size(GROUP)
-fn mark(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let vertex = linear_item(group, groups, local);
+fn mark(id: Invocation) {
+    let vertex = linear_item(id);
     var is_there = false;
     if vertex < cut.vertices {
         let key = splits[vertex].key;
         is_there = key == ALWAYS || key > cut.key || (key == cut.key && vertex > cut.split);
     }
-    let word = gathered(local, is_there);
-    if vertex < cut.vertices && local % 32u == 0u {
+    let word = gathered(id.local, is_there);
+    if vertex < cut.vertices && id.local % 32u == 0u {
         there[vertex / 32u] = word;
     }
 }
 
 /// How many vertices each word has.
 @compute @workgroup_size(GROUP)
-fn count(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let word = linear_item(group, groups, local);
+fn count(id: Invocation) {
+    let word = linear_item(id);
     if word < (cut.vertices + 31u) / 32u {
         ranks[word] = countOneBits(there[word]);
     }

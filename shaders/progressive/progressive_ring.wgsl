@@ -32,30 +32,22 @@ fn is_shown(triangle: u32) -> bool {
 
 /// Which corners are shown, and how many each word has.
 @compute @workgroup_size(GROUP)
-fn mark_corners(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_item(group, groups, local);
+fn mark_corners(id: Invocation) {
+    let item = linear_item(id);
     var is_there = false;
     if item < 3u * sizes.triangles {
         is_there = is_shown(order[item] / 3u);
     }
-    let word = gathered(local, is_there);
-    if item < 3u * sizes.triangles && local % 32u == 0u {
+    let word = gathered(id.local, is_there);
+    if item < 3u * sizes.triangles && id.local % 32u == 0u {
         corners[item / 32u] = word;
         ranks[item / 32u] = countOneBits(word);
     }
 }
 
 @compute @workgroup_size(GROUP)
-fn list_corners(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_item(group, groups, local);
+fn list_corners(id: Invocation) {
+    let item = linear_item(id);
     if item >= 3u * sizes.triangles || (corners[item / 32u] >> (item % 32u) & 1u) == 0u {
         return;
     }
@@ -76,12 +68,8 @@ fn others(corner: u32) -> vec2<u32> {
 
 /// Of both other vertices at a corner whether no corner of its vertex before has it: those are what is beside.
 @compute @workgroup_size(GROUP)
-fn find_ring(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let rank = linear_item(group, groups, local);
+fn find_ring(id: Invocation) {
+    let rank = linear_item(id);
     let count = arguments[0];
     if rank >= count {
         return;

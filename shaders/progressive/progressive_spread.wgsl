@@ -40,12 +40,8 @@ fn spread_from(place: u32) {
 
 /// One depth of many splits.
 @compute @workgroup_size(GROUP)
-fn spread(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let place = depths[work.last] + linear_item(group, groups, local);
+fn spread(id: Invocation) {
+    let place = depths[work.last] + linear_item(id);
     if place < depths[work.last + 1u] {
         spread_from(place);
     }

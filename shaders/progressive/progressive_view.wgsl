@@ -55,19 +55,15 @@ fn wants(split: u32, error: f32) -> bool {
 }
 
 @compute @workgroup_size(GROUP)
-fn want(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let vertex = linear_item(group, groups, local);
+fn want(id: Invocation) {
+    let vertex = linear_item(id);
     var is_wanted = false;
     if vertex < view.vertices {
         let key = splits[vertex].key;
         is_wanted = key == ALWAYS || (key > 0u && wants(vertex, bitcast<f32>(key & 0xffff0000u)));
     }
-    let word = gathered(local, is_wanted);
-    if vertex < view.vertices && local % 32u == 0u {
+    let word = gathered(id.local, is_wanted);
+    if vertex < view.vertices && id.local % 32u == 0u {
         there[vertex / 32u] = word;
     }
 }

@@ -42,12 +42,8 @@ fn wedge_rank(leaf: u32) -> u32 {
 
 /// Which wedges there are, and how many each word has.
 @compute @workgroup_size(GROUP)
-fn mark_wedges(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let wedge = linear_item(group, groups, local);
+fn mark_wedges(id: Invocation) {
+    let wedge = linear_item(id);
     var is_there = false;
     if wedge < sizes.wedges {
         let owner = owners[wedge];
@@ -56,20 +52,16 @@ fn mark_wedges(
             is_there = (there[owner / 32u] >> (owner % 32u) & 1u) == 1u;
         }
     }
-    let word = gathered(local, is_there);
-    if wedge < sizes.wedges && local % 32u == 0u {
+    let word = gathered(id.local, is_there);
+    if wedge < sizes.wedges && id.local % 32u == 0u {
         wedges[wedge / 32u] = word;
         ranks[wedge / 32u] = countOneBits(word);
     }
 }
 
 @compute @workgroup_size(GROUP)
-fn list_wedges(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let wedge = linear_item(group, groups, local);
+fn list_wedges(id: Invocation) {
+    let wedge = linear_item(id);
     if wedge >= sizes.wedges {
         return;
     }
@@ -93,12 +85,8 @@ fn key_of(wedge: u32) -> u32 {
 
 /// Its own split and that of the next wedge are the last ones that have made it what it is: of those the one of lesser key.
 @compute @workgroup_size(GROUP)
-fn write_wedges(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_item(group, groups, local);
+fn write_wedges(id: Invocation) {
+    let item = linear_item(id);
     if item >= arguments[6] {
         return;
     }
@@ -117,12 +105,8 @@ fn write_wedges(
 }
 
 @compute @workgroup_size(GROUP)
-fn write_corners(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let triangle = linear_item(group, groups, local);
+fn write_corners(id: Invocation) {
+    let triangle = linear_item(id);
     if triangle >= sizes.triangles {
         return;
     }

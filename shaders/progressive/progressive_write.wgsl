@@ -39,19 +39,15 @@ fn rank(leaf: u32) -> u32 {
 
 /// Which triangles there are.
 @compute @workgroup_size(GROUP)
-fn show(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let triangle = linear_item(group, groups, local);
+fn show(id: Invocation) {
+    let triangle = linear_item(id);
     var is_shown = false;
     if triangle < sizes.triangles {
         let maker = makers[triangle];
         is_shown = maker < sizes.vertices && is_there(maker);
     }
-    let word = gathered(local, is_shown);
-    if triangle < sizes.triangles && local % 32u == 0u {
+    let word = gathered(id.local, is_shown);
+    if triangle < sizes.triangles && id.local % 32u == 0u {
         shown[triangle / 32u] = word;
         shown_ranks[triangle / 32u] = countOneBits(word);
     }
@@ -59,12 +55,8 @@ fn show(
 
 /// The vertex at a corner is the last one up to its leaf.
 @compute @workgroup_size(GROUP)
-fn write_triangles(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let triangle = linear_item(group, groups, local);
+fn write_triangles(id: Invocation) {
+    let triangle = linear_item(id);
     if triangle >= sizes.triangles {
         return;
     }
@@ -82,12 +74,8 @@ fn write_triangles(
 
 /// Every vertex is a leaf or what is to be split, of a split that is made or of the base.
 @compute @workgroup_size(GROUP)
-fn write_vertices(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let split = linear_item(group, groups, local);
+fn write_vertices(id: Invocation) {
+    let split = linear_item(id);
     if split == 0u {
         arguments[1] = 1u;
         arguments[5] = rank(sizes.vertices - 1u);

@@ -42,29 +42,25 @@ fn group_exclusive(own: vec4<u32>, local: u32) -> vec4<u32> {
 }
 
 @compute @workgroup_size(GROUP)
-fn reduce(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let block = linear_group(group, groups);
+fn reduce(id: Invocation) {
+    let block = linear_group(id);
     var sum = vec4(0u);
     for (var k = 0u; k < EACH; k++) {
         // Neighbours read neighbours: the order within a block does not matter here.
-        let item = block * BLOCK + k * GROUP + local;
+        let item = block * BLOCK + k * GROUP + id.local;
         if item < work.count {
             sum += bits(masks[item]);
         }
     }
-    partial[local] = sum;
+    partial[id.local] = sum;
     workgroupBarrier();
     for (var step = GROUP / 2u; step > 0u; step /= 2u) {
-        if local < step {
-            partial[local] += partial[local + step];
+        if id.local < step {
+            partial[id.local] += partial[id.local + step];
         }
         workgroupBarrier();
     }
-    if local == 0u && block < arrayLength(&sums) {
+    if id.local == 0u && block < arrayLength(&sums) {
         sums[block] = partial[0];
     }
 }
@@ -97,13 +93,9 @@ fn spine(@builtin(local_invocation_index) local: u32) {
 }
 
 @compute @workgroup_size(GROUP)
-fn distribute(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let block = linear_group(group, groups);
-    let first = block * BLOCK + local * EACH;
+fn distribute(id: Invocation) {
+    let block = linear_group(id);
+    let first = block * BLOCK + id.local * EACH;
     var own: array<u32, EACH>;
     var sum = vec4(0u);
     for (var k = 0u; k < EACH; k++) {
@@ -112,7 +104,7 @@ fn distribute(
         }
         sum += bits(own[k]);
     }
-    var lower = group_exclusive(sum, local);
+    var lower = group_exclusive(sum, id.local);
     if block < arrayLength(&sums) {
         lower += sums[block];
     }

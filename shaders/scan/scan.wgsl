@@ -24,29 +24,25 @@ fn count_of() -> u32 {
 }
 
 @compute @workgroup_size(GROUP)
-fn reduce(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let block = linear_group(group, groups);
+fn reduce(id: Invocation) {
+    let block = linear_group(id);
     let count = count_of();
-    let first = block * BLOCK + local * EACH;
+    let first = block * BLOCK + id.local * EACH;
     var sum = 0u;
     for (var k = 0u; k < EACH; k++) {
         if first + k < count {
             sum += items[first + k];
         }
     }
-    partial[local] = sum;
+    partial[id.local] = sum;
     workgroupBarrier();
     for (var step = GROUP / 2u; step > 0u; step /= 2u) {
-        if local < step {
-            partial[local] += partial[local + step];
+        if id.local < step {
+            partial[id.local] += partial[id.local + step];
         }
         workgroupBarrier();
     }
-    if local == 0u && block < arrayLength(&sums) {
+    if id.local == 0u && block < arrayLength(&sums) {
         sums[block] = partial[0];
     }
 }
@@ -59,14 +55,10 @@ fn spine(@builtin(local_invocation_index) local: u32) {
 }
 
 @compute @workgroup_size(GROUP)
-fn distribute(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let block = linear_group(group, groups);
+fn distribute(id: Invocation) {
+    let block = linear_group(id);
     let count = count_of();
-    let first = block * BLOCK + local * EACH;
+    let first = block * BLOCK + id.local * EACH;
     var own: array<u32, EACH>;
     var sum = 0u;
     for (var k = 0u; k < EACH; k++) {
@@ -75,7 +67,7 @@ fn distribute(
         }
         sum += own[k];
     }
-    var lower = group_exclusive(sum, local);
+    var lower = group_exclusive(sum, id.local);
     if block < arrayLength(&sums) {
         lower += sums[block];
     }

@@ -24,25 +24,21 @@ const DIGITS: u32 = 16u;
 var<workgroup> total: array<atomic<u32>, DIGITS>;
 
 @compute @workgroup_size(GROUP)
-fn count(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let block = linear_group(group, groups);
-    if local < DIGITS {
-        atomicStore(&total[local], 0u);
+fn count(id: Invocation) {
+    let block = linear_group(id);
+    if id.local < DIGITS {
+        atomicStore(&total[id.local], 0u);
     }
     workgroupBarrier();
     for (var k = 0u; k < EACH; k++) {
-        let item = block * BLOCK + k * GROUP + local;
+        let item = block * BLOCK + k * GROUP + id.local;
         if item < digit.count {
             atomicAdd(&total[(keys_in[item] >> digit.shift) % DIGITS], 1u);
         }
     }
     workgroupBarrier();
-    if local < DIGITS && block < digit.blocks {
-        histogram[local * digit.blocks + block] = atomicLoad(&total[local]);
+    if id.local < DIGITS && block < digit.blocks {
+        histogram[id.local * digit.blocks + block] = atomicLoad(&total[id.local]);
     }
 }
 
@@ -51,15 +47,11 @@ const PAIRS: u32 = DIGITS / 2u;
 var<workgroup> counters: array<u32, PAIRS * GROUP>;
 
 @compute @workgroup_size(GROUP)
-fn move_keys(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let block = linear_group(group, groups);
-    let first = block * BLOCK + local * EACH;
+fn move_keys(id: Invocation) {
+    let block = linear_group(id);
+    let first = block * BLOCK + id.local * EACH;
     for (var d = 0u; d < PAIRS; d++) {
-        counters[d * GROUP + local] = 0u;
+        counters[d * GROUP + id.local] = 0u;
     }
     // An invocation has consecutive keys, so counting them in order keeps the sort stable.
     var key: array<u32, EACH>;
@@ -68,7 +60,7 @@ fn move_keys(
         if first + k < digit.count {
             key[k] = keys_in[first + k];
             let d = (key[k] >> digit.shift) % DIGITS;
-            let word = (d % PAIRS) * GROUP + local;
+            let word = (d % PAIRS) * GROUP + id.local;
             let half = (d / PAIRS) * 16u;
             rank[k] = (counters[word] >> half) & 0xffffu;
             counters[word] += 1u << half;
@@ -79,13 +71,13 @@ fn move_keys(
     for (var step = 1u; step < GROUP; step *= 2u) {
         var lower: array<u32, PAIRS>;
         for (var d = 0u; d < PAIRS; d++) {
-            if local >= step {
-                lower[d] = counters[d * GROUP + local - step];
+            if id.local >= step {
+                lower[d] = counters[d * GROUP + id.local - step];
             }
         }
         workgroupBarrier();
         for (var d = 0u; d < PAIRS; d++) {
-            counters[d * GROUP + local] += lower[d];
+            counters[d * GROUP + id.local] += lower[d];
         }
         workgroupBarrier();
     }
@@ -93,8 +85,8 @@ fn move_keys(
         if first + k < digit.count {
             let d = (key[k] >> digit.shift) % DIGITS;
             var before = 0u;
-            if local > 0u {
-                before = (counters[(d % PAIRS) * GROUP + local - 1u] >> ((d / PAIRS) * 16u)) & 0xffffu;
+            if id.local > 0u {
+                before = (counters[(d % PAIRS) * GROUP + id.local - 1u] >> ((d / PAIRS) * 16u)) & 0xffffu;
             }
             let place = histogram[d * digit.blocks + block] + before + rank[k];
             keys_out[place] = key[k];

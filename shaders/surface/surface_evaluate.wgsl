@@ -10,12 +10,8 @@ var<immediate> count: u32;
 override QUANTITIES: u32 = 6u;
 
 @compute @workgroup_size(GROUP)
-fn evaluate(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups) * GROUP + local;
+fn evaluate(id: Invocation) {
+    let index = linear_group(id) * GROUP + id.local;
     if index >= count {
         return;
     }

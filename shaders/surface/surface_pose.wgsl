@@ -65,12 +65,8 @@ fn leading(a: vec2<u32>) -> vec2<u32> {
 }
 
 @compute @workgroup_size(GROUP)
-fn make_points(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups) * GROUP + local;
+fn make_points(id: Invocation) {
+    let index = linear_group(id) * GROUP + id.local;
     if index >= pose.points {
         return;
     }
@@ -100,12 +96,8 @@ fn converted(row: vec4<f32>, values: vec4<f32>) -> f32 {
 
 // One axis of one patch.
 @compute @workgroup_size(GROUP)
-fn make_patches(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups) * GROUP + local;
+fn make_patches(id: Invocation) {
+    let index = linear_group(id) * GROUP + id.local;
     if index >= 3u * pose.patches {
         return;
     }

@@ -89,33 +89,29 @@ fn diagonal(tile: u32, corner: u32) -> Seen {
 }
 
 /// Tile `group` of the list, or none.
-fn tile_of(group: vec3<u32>, groups: vec3<u32>) -> u32 {
-    let index = group.x + groups.x * group.z;
+fn tile_of(id: Invocation) -> u32 {
+    let index = id.group.x + id.groups.x * id.group.z;
     return select(NONE, listed[min(index, arrayLength(&listed) - 1u)], index < counts[0]);
 }
 
 // The values of the vertices of a tile and of those across its edges.
 @compute @workgroup_size(64)
-fn make_vertices(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let tile = tile_of(group, groups);
-    if tile == NONE || group.y > 0u || local >= 40u {
+fn make_vertices(id: Invocation) {
+    let tile = tile_of(id);
+    if tile == NONE || id.group.y > 0u || id.local >= 40u {
         return;
     }
     var ring = NONE;
-    if local < 4u {
-        ring = ring_at(tile, local);
-    } else if local < 8u {
-        let link = link_of(tile, local - 4u);
+    if id.local < 4u {
+        ring = ring_at(tile, id.local);
+    } else if id.local < 8u {
+        let link = link_of(tile, id.local - 4u);
         ring = select(NONE, link.middle, link.kind == HALVES);
     } else {
-        let link = link_of(tile, (local - 8u) / 8u);
-        let which = (local / 4u) % 2u;
+        let link = link_of(tile, (id.local - 8u) / 8u);
+        let which = (id.local / 4u) % 2u;
         if link.kind >= WHOLE && (which == 0u || link.kind == HALVES) {
-            ring = ring_at(link.tiles[which], local);
+            ring = ring_at(link.tiles[which], id.local);
         }
     }
     if ring == NONE {
@@ -133,18 +129,14 @@ fn make_vertices(
 
 // Corners that get the value of their vertex, and borders that are blank.
 @compute @workgroup_size(GROUP)
-fn settle_borders(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let tile = tile_of(group, groups);
+fn settle_borders(id: Invocation) {
+    let tile = tile_of(id);
     if tile == NONE {
         return;
     }
     let size = size_of(tile);
-    let edge = (group.y * GROUP + local) / size;
-    let k = (group.y * GROUP + local) % size;
+    let edge = (id.group.y * GROUP + id.local) / size;
+    let k = (id.group.y * GROUP + id.local) % size;
     if edge >= 4u || !is_updated(tile) {
         return;
     }
@@ -174,18 +166,14 @@ fn settle_borders(
 
 // The ring, from borders that are settled.
 @compute @workgroup_size(GROUP)
-fn make_rings(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let tile = tile_of(group, groups);
+fn make_rings(id: Invocation) {
+    let tile = tile_of(id);
     if tile == NONE {
         return;
     }
     let size = size_of(tile);
-    let edge = (group.y * GROUP + local) / (size + 1u);
-    let k = i32((group.y * GROUP + local) % (size + 1u)) - 1;
+    let edge = (id.group.y * GROUP + id.local) / (size + 1u);
+    let k = i32((id.group.y * GROUP + id.local) % (size + 1u)) - 1;
     if edge >= 4u || !is_updated(tile) {
         return;
     }
@@ -214,17 +202,13 @@ fn make_rings(
 // A level of mips: means of two by two texels of the level below (Schäfer et al. 2015, *Local Painting and Deformation of
 // Meshes on the GPU*, Section 5). The same as `mip` of rust/tiles.
 @compute @workgroup_size(GROUP)
-fn make_mips(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let tile = tile_of(group, groups);
+fn make_mips(id: Invocation) {
+    let tile = tile_of(id);
     if tile == NONE {
         return;
     }
     let size = sizes[tile].y >> work.level;
-    let at = group.y * GROUP + local;
+    let at = id.group.y * GROUP + id.local;
     if size < 2u || at >= size * size {
         return;
     }
@@ -235,17 +219,13 @@ fn make_mips(
 
 // Blank blocks of the tiles.
 @compute @workgroup_size(GROUP)
-fn make_blank(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let tile = tile_of(group, groups);
+fn make_blank(id: Invocation) {
+    let tile = tile_of(id);
     if tile == NONE {
         return;
     }
     let stride = size_of(tile) + 2u;
-    let at = group.y * GROUP + local;
+    let at = id.group.y * GROUP + id.local;
     let blank = words_near(work.blank);
     if FRAMED == 1u {
         if 2u * at < stride * stride {

@@ -54,12 +54,8 @@ fn moved(slot: u32, corner: u32) -> vec3<f32> {
 }
 
 @compute @workgroup_size(GROUP)
-fn press(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let slot = linear_item(group, groups, local);
+fn press(id: Invocation) {
+    let slot = linear_item(id);
     if slot >= call.elements {
         return;
     }

@@ -139,12 +139,8 @@ fn closest(root: u32, place: vec3<f32>) -> Closest {
 }
 
 @compute @workgroup_size(GROUP)
-fn move_nodes(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let node = linear_item(group, groups, local);
+fn move_nodes(id: Invocation) {
+    let node = linear_item(id);
     if node >= call.nodes {
         return;
     }

@@ -211,16 +211,12 @@ fn painted_at(face: u32, node: Node, now: vec4<f32>) -> vec4<f32> {
 
 // One word, two coefficients, of the block of one triangle.
 @compute @workgroup_size(GROUP)
-fn sculpt(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let found = begin_edit(group.x + groups.x * group.z, local);
+fn sculpt(id: Invocation) {
+    let found = begin_edit(id.group.x + id.groups.x * id.group.z, id.local);
     if found.y != BLOCK_NONE {
-        sculpt_word(found.x, found.y, group.y * GROUP + local);
+        sculpt_word(found.x, found.y, id.group.y * GROUP + id.local);
     }
-    finish_edit(found.y, value_count(work.segments), group.y == 0u, local);
+    finish_edit(found.y, value_count(work.segments), id.group.y == 0u, id.local);
 }
 
 fn sculpt_word(face: u32, block: u32, word: u32) {
@@ -260,16 +256,12 @@ fn sculpt_word(face: u32, block: u32, word: u32) {
 
 // One colour of the block of one triangle.
 @compute @workgroup_size(GROUP)
-fn paint(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let found = begin_edit(group.x + groups.x * group.z, local);
+fn paint(id: Invocation) {
+    let found = begin_edit(id.group.x + id.groups.x * id.group.z, id.local);
     if found.y != BLOCK_NONE {
-        paint_value(found.x, found.y, group.y * GROUP + local);
+        paint_value(found.x, found.y, id.group.y * GROUP + id.local);
     }
-    finish_edit(found.y, value_count(work.segments), group.y == 0u, local);
+    finish_edit(found.y, value_count(work.segments), id.group.y == 0u, id.local);
 }
 
 fn paint_value(face: u32, block: u32, index: u32) {
@@ -308,13 +300,9 @@ fn paint_value(face: u32, block: u32, index: u32) {
 
 // One word of the block of one triangle, kept apart in the second half for modes that look at neighbours.
 @compute @workgroup_size(GROUP)
-fn keep(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = group.x + groups.x * group.z;
-    let word = group.y * GROUP + local;
+fn keep(id: Invocation) {
+    let index = id.group.x + id.groups.x * id.group.z;
+    let word = id.group.y * GROUP + id.local;
     if index >= counts[0] || word >= work.room || pointers[lists[index]] == BLOCK_NONE {
         return;
     }
@@ -373,16 +361,12 @@ fn kept_halves(frame: mat3x3<f32>, vector: vec3<f32>) -> vec3<u32> {
 
 // One vector of the block of one triangle.
 @compute @workgroup_size(GROUP)
-fn bend(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let found = begin_edit(group.x + groups.x * group.z, local);
+fn bend(id: Invocation) {
+    let found = begin_edit(id.group.x + id.groups.x * id.group.z, id.local);
     if found.y != BLOCK_NONE {
-        bend_value(found.x, found.y, group.y * GROUP + local);
+        bend_value(found.x, found.y, id.group.y * GROUP + id.local);
     }
-    finish_edit(found.y, value_count(work.segments), group.y == 0u, local);
+    finish_edit(found.y, value_count(work.segments), id.group.y == 0u, id.local);
 }
 
 fn bend_value(face: u32, block: u32, index: u32) {

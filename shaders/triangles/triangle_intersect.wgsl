@@ -37,12 +37,8 @@ fn meets(face: u32) -> bool {
 }
 
 @compute @workgroup_size(GROUP)
-fn intersect(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let face = linear_group(group, groups) * GROUP + local;
+fn intersect(id: Invocation) {
+    let face = linear_group(id) * GROUP + id.local;
     if face >= work.tiles {
         return;
     }

@@ -191,7 +191,7 @@ fn bounded(report: &mut Report, context: &Context, name: &str, mesh: &Triangles)
     let length = BOUND * diagonal;
     let cases = [
         ("bound", SimplifyOptions { bound: length, ..SimplifyOptions::default() }, Goal::RatioAtMost(1.0)),
-        ("estimate", SimplifyOptions { error: length, ..SimplifyOptions::default() }, Goal::None),
+        ("estimate", SimplifyOptions { max_error: length, ..SimplifyOptions::default() }, Goal::None),
     ];
     for (what, options, goal) in cases {
         let mut result = Ok(Default::default());
@@ -214,7 +214,7 @@ pub fn left(triangles: &[[u32; 3]]) -> usize {
 }
 
 fn ours(context: &Context, mesh: &Triangles) -> Result<Triangles> {
-    let options = SimplifyOptions { faces: left(&mesh.1), ..SimplifyOptions::default() };
+    let options = SimplifyOptions { target_triangles: left(&mesh.1), ..SimplifyOptions::default() };
     let made = simplify(context, &mesh.0, &mesh.1, &options, &mut Silent)?;
     Ok((made.points, made.triangles))
 }

@@ -96,7 +96,7 @@ fn case(report: &mut Report, context: &Context, name: &str, model: &Textured) ->
 fn ours(context: &Context, ((points, triangles), uvs): &Textured) -> Result<Textured> {
     let weights = &[default_weight("uv"); 2];
     let attributes = Attributes { values: uvs.as_flattened(), weights, uvs: &[0], ..Default::default() };
-    let options = SimplifyOptions { faces: left(triangles), ..SimplifyOptions::default() };
+    let options = SimplifyOptions { target_triangles: left(triangles), ..SimplifyOptions::default() };
     let made = simplify_with(context, points, triangles, &attributes, &options, &mut Silent)?;
     Ok(((made.points, made.triangles), made.values.as_chunks().0.to_vec()))
 }

@@ -28,4 +28,4 @@ pub use parallel::Scheduler;
 pub use parameter::{Parameter, ParameterKind};
 pub use parts::Parts;
 pub use progress::Progress;
-pub use scratch::{List, Retired};
+pub use scratch::{ArcPool, List};

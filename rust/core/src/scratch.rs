@@ -1,7 +1,7 @@
 //! Room that calls need on their way and leave behind for the next one, so that calls of every frame ask the system for
 //! no memory once they are warm.
 //!
-//! [`Scratch`] keeps values by their type: lists with their capacity, mostly. [`Retired`] keeps what was handed out in an
+//! [`Scratch`] keeps values by their type: lists with their capacity, mostly. [`ArcPool`] keeps what was handed out in an
 //! [`Arc`] and may be written anew once nobody looks at it any more: snapshots, poses, views.
 
 use std::any::{Any, TypeId};
@@ -154,18 +154,18 @@ impl<T: Send + fmt::Debug> fmt::Debug for List<'_, T> {
 
 /// References to the last few values that were handed out, so that one which nobody looks at any more is used again.
 #[derive(Clone, Debug)]
-pub struct Retired<T>(Vec<Arc<T>>);
+pub struct ArcPool<T>(Vec<Arc<T>>);
 
 /// How many are watched: values that are read, values that are being made, and some that are held for long.
 const WATCHED: usize = 4;
 
-impl<T> Default for Retired<T> {
+impl<T> Default for ArcPool<T> {
     fn default() -> Self {
         Self(Vec::new())
     }
 }
 
-impl<T> Retired<T> {
+impl<T> ArcPool<T> {
     /// One that nobody looks at, for writing, if there is one.
     pub fn take(&mut self) -> Option<Arc<T>> {
         let at = self.0.iter_mut().position(|value| Arc::get_mut(value).is_some())?;
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn only_what_nobody_looks_at_is_used_again() {
-        let mut retired = Retired::default();
+        let mut retired = ArcPool::default();
         let [seen, unseen] = [Arc::new(1), Arc::new(2)];
         retired.watch(&seen);
         retired.watch(&unseen);

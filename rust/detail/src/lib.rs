@@ -11,7 +11,7 @@ mod object;
 mod paint;
 pub mod triangle;
 
-pub use channels::fading::{FadingObject, LayerDecay};
+pub use channels::fading::{DecayingObject, LayerDecay};
 pub use channels::history::{BlockState, Changed, History, LayerState, LayerStates, Recorded};
 pub use channels::layer_channel::{BlockChannel, LayerChannel};
 pub use channels::layered::{LayerInfo, LayeredObject, Layers};

@@ -24,7 +24,7 @@ use relievo_tiles::{
     Vector, VectorDisplacement,
 };
 
-use crate::channels::fading::FadingObject;
+use crate::channels::fading::DecayingObject;
 use crate::channels::layered::{LayeredObject, Layers};
 use crate::device::DeviceObject;
 use crate::geometry::hierarchy::{Hierarchy, Region};

@@ -158,7 +158,13 @@ impl DeviceFluid {
         while report.is_enough == 0 {
             let Some((shorter, kept)) = self.pace.again(&self.options, call.step) else { break };
             // Pressures that did not converge are no better than none.
-            call = FluidCall { step: shorter, farthest: self.farthest(shorter), kept, carried: 0.0, ..call };
+            call = FluidCall {
+                step: shorter,
+                farthest: self.farthest(shorter),
+                allowed_share: kept,
+                carried: 0.0,
+                ..call
+            };
             report = self.press(&call, false)?;
             corrections += report.corrections;
         }
@@ -322,8 +328,8 @@ impl DeviceFluid {
             cohesion,
             farthest: self.farthest(step),
             step,
-            dense: (1.0 + excess.most) * density,
-            kept: 0.0,
+            begun_limit: (1.0 + excess.most) * density,
+            allowed_share: 0.0,
             most: excess.most,
             mean: excess.mean,
             count: self.len() as u32,

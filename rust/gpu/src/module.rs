@@ -3,6 +3,9 @@
 //! A module is a file in a folder of `shaders/`, named by the file alone. A line `// import NAME` takes in the module
 //! NAME, once, with what that imports, before the module itself; an import line therefore stands before everything else
 //! of its file. Lines of the composed text are mapped back, so that messages name the file that a reader would open.
+//!
+//! A line `// needs NAME` says that the module calls a function NAME which modules that import it define. So one entry point
+//! works on tiles and on triangles: WGSL does not ask in which order functions stand.
 
 use std::collections::BTreeSet;
 
@@ -24,6 +27,9 @@ pub const MODULES: &[Module] = include!(concat!(env!("OUT_DIR"), "/modules.rs"))
 
 /// What begins a line that imports.
 const IMPORT: &str = "// import ";
+
+/// What begins a line that names a function of whoever imports the module.
+const NEEDS: &str = "// needs ";
 
 /// A module with all that it imports.
 #[derive(Clone, Debug, Default)]
@@ -57,10 +63,17 @@ pub fn path(name: &str) -> String {
 /// The module `name` with all that it imports.
 ///
 /// # Errors
-/// Fails if the module or one that it imports does not exist.
+/// Fails if the module or one that it imports does not exist, or a function that one needs is defined by none.
 pub fn compose(name: &str) -> Result<Composed> {
     let mut composed = Composed::default();
     append(name, &mut BTreeSet::new(), &mut composed)?;
+    let needed = (1..).zip(composed.text.lines()).filter_map(|(line, text)| Some((line, text.strip_prefix(NEEDS)?)));
+    for (line, function) in needed {
+        if !composed.text.contains(&format!("\nfn {function}(")) {
+            return Err(Error::internal(format!("the WGSL module `{name}` does not define `{function}`"))
+                .at(composed.place(line)));
+        }
+    }
     Ok(composed)
 }
 
@@ -94,7 +107,8 @@ mod tests {
     #[test]
     fn every_module_is_valid() {
         use naga::valid::{Capabilities, ValidationFlags, Validator};
-        for Module { name, file, .. } in MODULES {
+        // A module that needs functions is valid with each one that defines them.
+        for Module { name, file, .. } in MODULES.iter().filter(|module| !module.text.contains(NEEDS)) {
             let composed = compose(name).expect("its imports");
             let place = |line: Option<u32>| line.map_or((*file).to_owned(), |line| composed.place(line));
             let module = naga::front::wgsl::parse_str(&composed.text).unwrap_or_else(|error| {
@@ -108,6 +122,13 @@ mod tests {
                 panic!("{}: {}", place(line), error.emit_to_string(&composed.text));
             }
         }
+    }
+
+    #[test]
+    fn a_function_that_nobody_defines_is_named_with_its_place() {
+        let error = compose("imprint_rim_list").expect_err("an error").to_string();
+        assert!(error.contains("is_at_border") && error.contains("imprint_rim_list.wgsl:2"), "{error}");
+        assert!(compose("imprint_rim_cells").is_ok() && compose("triangle_imprint_rim_cells").is_ok());
     }
 
     #[test]

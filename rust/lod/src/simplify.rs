@@ -45,12 +45,12 @@ use crate::watched::watched;
 #[derive(Clone, Debug)]
 pub struct SimplifyOptions {
     /// Triangles to be left. There may be one less, where two go at once.
-    pub faces: usize,
+    pub target_triangles: usize,
     /// The largest estimated deviation from the mesh as it was, in its units, infinite for any. A vertex deviates by what
     /// its ends did before its collapse, and by what that adds: the root mean square distance from the planes of its
     /// triangles, over their area, or the largest distance of a vertex from the triangles around it if that is more
     /// (without attributes). The distance between the surfaces may be more.
-    pub error: f32,
+    pub max_error: f32,
     /// The largest distance between both surfaces, either way, in units of the mesh, infinite for any. It is measured,
     /// and the mesh simplified several times. Less than 10⁻⁷ of the largest coordinate, its rounding, counts as that.
     pub bound: f32,
@@ -58,20 +58,20 @@ pub struct SimplifyOptions {
     pub locked: Vec<u32>,
     /// Whether vertices of edges with one triangle stay where they are.
     pub is_border_locked: bool,
-    /// What the costs of collapses at every vertex are multiplied by, 10⁻⁶ to 10⁶; none for 1 everywhere. With greater factors
-    /// more triangles are left there. Deviations are not multiplied.
-    pub factors: Vec<f32>,
+    /// What the costs of collapses at every vertex are multiplied by, 10⁻⁶ to 10⁶; none for 1 everywhere. Greater weights
+    /// leave more triangles there. Deviations are not multiplied.
+    pub vertex_weights: Vec<f32>,
 }
 
 impl Default for SimplifyOptions {
     fn default() -> Self {
         Self {
-            faces: 0,
-            error: f32::INFINITY,
+            target_triangles: 0,
+            max_error: f32::INFINITY,
             bound: f32::INFINITY,
             locked: Vec::new(),
             is_border_locked: false,
-            factors: Vec::new(),
+            vertex_weights: Vec::new(),
         }
     }
 }
@@ -86,17 +86,17 @@ impl SimplifyOptions {
         if self.locked.iter().any(|index| *index as usize >= points) {
             return Err(Error::invalid("a locked point is not there").at("locked"));
         }
-        if !self.factors.is_empty() && self.factors.len() != points {
-            let counts = (self.factors.len(), points);
+        if !self.vertex_weights.is_empty() && self.vertex_weights.len() != points {
+            let counts = (self.vertex_weights.len(), points);
             return Err(Error::invalid(format!("{} factors are not one for each of {} points", counts.0, counts.1))
                 .at("factors"));
         }
-        if let Some(factor) = self.factors.iter().find(|factor| !(1e-6..=1e6).contains(*factor)) {
+        if let Some(factor) = self.vertex_weights.iter().find(|factor| !(1e-6..=1e6).contains(*factor)) {
             return Err(Error::invalid(format!("a factor of {factor} means nothing"))
                 .at("factors")
                 .advise("use 1e-6 to 1e6"));
         }
-        for (name, length) in [("error", self.error), ("bound", self.bound)] {
+        for (name, length) in [("error", self.max_error), ("bound", self.bound)] {
             if length.is_nan() || length < 0.0 {
                 return Err(Error::invalid(format!("the {name} is {length}, not a length"))
                     .at(name)
@@ -163,7 +163,7 @@ pub fn simplify(
 ) -> Result<Simplified> {
     check(context, points, triangles, options)?;
     watched(context, progress, |progress| {
-        let is_less = options.faces < triangles.len();
+        let is_less = options.target_triangles < triangles.len();
         let (doubles, parted) = context.join(
             || if is_less { Doubles::find(points.len(), triangles) } else { None },
             || OpenFans::part(points, triangles, &[]),
@@ -172,23 +172,23 @@ pub fn simplify(
         let locked = options.fixed(triangles);
         let scale = unit(points);
         let doubles = doubles.as_ref();
-        let whole = Whole { context, points, sides, doubles, locked: &locked, factors: &options.factors, scale };
+        let whole = Whole { context, points, sides, doubles, locked: &locked, factors: &options.vertex_weights, scale };
         let parted = if doubles.is_some() { OpenFans::part(points, sides, &[]) } else { parted };
         let run = |limits: &Limits, progress: &mut dyn Progress| {
-            let mut faces = doubles.map_or(options.faces, |doubles| doubles.faces(options.faces));
+            let mut faces = doubles.map_or(options.target_triangles, |doubles| doubles.faces(options.target_triangles));
             let mut made = whole.simplify(&parted, limits, faces, progress)?;
             // Of parts with two sides in a mesh with others, more or fewer may have been left than their share.
             for _ in 1..TRIES {
                 let count = made.0.len();
-                let is_met = count <= options.faces && count + 2 >= options.faces;
+                let is_met = count <= options.target_triangles && count + 2 >= options.target_triangles;
                 if doubles.is_none() || is_met || limits.error() < f32::INFINITY {
                     break;
                 }
-                let by = count.abs_diff(options.faces).div_ceil(2);
-                faces = if count > options.faces { faces.saturating_sub(by) } else { faces + by };
+                let by = count.abs_diff(options.target_triangles).div_ceil(2);
+                faces = if count > options.target_triangles { faces.saturating_sub(by) } else { faces + by };
                 let mut again = |_: f32, stage: &str| progress.report(1.0, stage);
                 let other = whole.simplify(&parted, limits, faces, &mut again)?;
-                if other.0.len() <= options.faces || other.0.len() < count {
+                if other.0.len() <= options.target_triangles || other.0.len() < count {
                     made = other;
                 }
             }
@@ -327,9 +327,9 @@ pub fn simplified_within<T: Bounded>(
     mut run: impl FnMut(&Limits, &mut dyn Progress) -> Result<T>,
 ) -> Result<T> {
     if options.bound == f32::INFINITY {
-        return run(&Limits::of(options.error), progress);
+        return run(&Limits::of(options.max_error), progress);
     }
-    let limit = [options.bound, options.error];
+    let limit = [options.bound, options.max_error];
     let (mut made, error) = error_bound::within(context, input, limit, progress, run, T::shape)?;
     made.set_error(error);
     Ok(made)

@@ -8,7 +8,7 @@ use glam::DVec3;
 use relievo_core::Context;
 use relievo_core::progress::Silent;
 use relievo_detail::{
-    Action, Canvas, DisplacedObject, FadingObject, Falloff, History, LayeredObject, PaintMode, Recorded, SculptMode,
+    Action, Canvas, DecayingObject, DisplacedObject, Falloff, History, LayeredObject, PaintMode, Recorded, SculptMode,
     Stroke, StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_document::Document;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use relievo_core::{Context, Error, Mesh, Parts, Result, Retired};
+use relievo_core::{ArcPool, Context, Error, Mesh, Parts, Result};
 use relievo_opensubdiv::{BoundaryRule, Options, Table};
 
 use crate::TileTopology;
@@ -58,7 +58,7 @@ pub(crate) struct Layout {
     pub(crate) stencil_first: Vec<usize>,
     pub(crate) data_len: usize,
     /// The control data of poses, for the next one where nobody has a surface of a pose any more.
-    poses: Mutex<Retired<Vec<f32>>>,
+    poses: Mutex<ArcPool<Vec<f32>>>,
 }
 
 /// A quadtree leaf of a tile. It is one patch, or the pieces of a single-crease patch.

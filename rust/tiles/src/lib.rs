@@ -21,7 +21,7 @@ pub use device::mips::DeviceMips;
 pub use device::ring::{BoundRing, DeviceRing, WorkedBlocks};
 pub use device::{DeviceTiles, DisplacedEvaluation, TILES_GROUP};
 pub use layers::composite::{Layered, Sheet};
-pub use layers::decay::{Decay, DecayOptions, Faded, StampBlocks};
+pub use layers::decay::{Decay, DecayOptions, FadeReport, StampBlocks};
 pub use layers::trace::{Mark, Trace, Traces};
 pub use layers::{composite, decay, trace};
 pub use planes::{ColorPlanes, Planes};

@@ -33,8 +33,8 @@ struct FluidCall {
     step: f32,
     /// The density up to which a particle may be when the step ends, and the share that may stay of what it has more than
     /// that when it begins.
-    dense: f32,
-    kept: f32,
+    begun_limit: f32,
+    allowed_share: f32,
     /// The greatest and the mean excess of density with which a step may end, as shares.
     most: f32,
     mean: f32,

@@ -16,12 +16,8 @@
 @group(1) @binding(4) var<storage, read_write> greatest: vec2<f32>;
 
 @compute @workgroup_size(GROUP)
-fn arrive(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn arrive(id: Invocation) {
+    let particle = linear_item(id);
     var own = vec4(0.0);
     if particle < fluid.count {
         let place = sorted_places[particle];
@@ -41,7 +37,7 @@ fn arrive(
         velocities[particle] = vec4(velocity, predicted[particle].w * diagonals[particle].y);
         tags[particle] = sorted_tags[particle];
     }
-    note_group(own, linear_group(group, groups), local);
+    note_group(own, linear_group(id), id.local);
 }
 
 @compute @workgroup_size(GROUP)

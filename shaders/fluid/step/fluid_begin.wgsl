@@ -15,12 +15,8 @@
 @group(1) @binding(1) var<storage, read_write> diagonals: array<vec2<f32>>;
 
 @compute @workgroup_size(GROUP)
-fn begin(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn begin(id: Invocation) {
+    let particle = linear_item(id);
     if particle >= fluid.count {
         return;
     }

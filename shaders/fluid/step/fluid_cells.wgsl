@@ -14,12 +14,8 @@
 @group(1) @binding(5) var<storage, read_write> cells: array<vec2<u32>>;
 
 @compute @workgroup_size(GROUP)
-fn number_cells(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn number_cells(id: Invocation) {
+    let particle = linear_item(id);
     if particle < fluid.count {
         keys[particle] = number_of(cell_of(places[particle].xyz));
         order[particle] = particle;
@@ -27,12 +23,8 @@ fn number_cells(
 }
 
 @compute @workgroup_size(GROUP)
-fn arrange(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn arrange(id: Invocation) {
+    let particle = linear_item(id);
     if particle >= fluid.count {
         return;
     }

@@ -44,12 +44,8 @@ fn sum_of_group(own: array<vec4<f32>, 2>, local: u32) -> array<vec4<f32>, 2> {
 }
 
 @compute @workgroup_size(GROUP)
-fn give(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn give(id: Invocation) {
+    let particle = linear_item(id);
     var own = array(vec4(0.0), vec4(0.0));
     if particle < fluid.count {
         let place = places[particle].xyz;
@@ -74,9 +70,9 @@ fn give(
             own[1] += changes[particle] / fluid.step;
         }
     }
-    let all = sum_of_group(own, local);
-    if local == 0u {
-        sums[linear_group(group, groups)] = all;
+    let all = sum_of_group(own, id.local);
+    if id.local == 0u {
+        sums[linear_group(id)] = all;
     }
 }
 

@@ -136,12 +136,8 @@ fn first_hit(place: vec3<f32>, way: vec3<f32>, range: vec2<u32>) -> Hit {
 }
 
 @compute @workgroup_size(GROUP)
-fn hold(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn hold(id: Invocation) {
+    let particle = linear_item(id);
     if particle >= fluid.count {
         return;
     }

@@ -13,12 +13,8 @@
 @group(1) @binding(2) var<storage, read_write> report: array<atomic<u32>>;
 
 @compute @workgroup_size(GROUP)
-fn find(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn find(id: Invocation) {
+    let particle = linear_item(id);
     if particle >= fluid.count {
         return;
     }

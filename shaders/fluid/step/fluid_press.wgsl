@@ -42,34 +42,26 @@ fn is_lost(place: vec3<f32>) -> bool {
 
 /// Begins with a share of the pressures that there are.
 @compute @workgroup_size(GROUP)
-fn carry(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn carry(id: Invocation) {
+    let particle = linear_item(id);
     if particle < fluid.count {
         places[particle].w *= fluid.carried;
     }
     if particle == 0u {
         report.corrections = 0u;
         report.is_enough = 0u;
-        arguments[0] = select(groups.x, 0u, report.crowd > 0u);
-        arguments[1] = groups.y;
+        arguments[0] = select(id.groups.x, 0u, report.crowd > 0u);
+        arguments[1] = id.groups.y;
         arguments[2] = 1u;
         arguments[3] = 0u;
-        arguments[4] = groups.y;
+        arguments[4] = id.groups.y;
         arguments[5] = 1u;
     }
 }
 
 @compute @workgroup_size(GROUP)
-fn predict(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn predict(id: Invocation) {
+    let particle = linear_item(id);
     if particle >= fluid.count {
         return;
     }
@@ -96,12 +88,8 @@ fn predict(
 }
 
 @compute @workgroup_size(GROUP)
-fn correct(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn correct(id: Invocation) {
+    let particle = linear_item(id);
     var own_sums = vec4(0.0);
     if particle < fluid.count {
         let own = predicted[particle].xyz;
@@ -120,7 +108,7 @@ fn correct(
             beside += wall.w * wall_kernel(distance(own, wall.xyz));
         }
         let here = fluid.kernel * fluid.mass * (1.0 + sum) + fluid.wall * beside;
-        let kept = fluid.kept * max(accelerations[particle].w - fluid.dense, 0.0);
+        let kept = fluid.allowed_share * max(accelerations[particle].w - fluid.begun_limit, 0.0);
         let over = here - fluid.density - kept;
         let stiffness = RELAXATION * (fluid.density / fluid.step) * (fluid.density / fluid.step);
         places[particle].w =
@@ -131,7 +119,7 @@ fn correct(
             own_sums = vec4(LOST, 0.0, LOST, 0.0);
         }
     }
-    note_group(own_sums, linear_group(group, groups), local);
+    note_group(own_sums, linear_group(id), id.local);
 }
 
 /// Whether corrections are enough; the next ones have no workgroups then.

@@ -21,12 +21,8 @@ fn around(number: u32, k: u32) -> u32 {
 }
 
 @compute @workgroup_size(GROUP)
-fn surround(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let cell = linear_item(group, groups, local);
+fn surround(id: Invocation) {
+    let cell = linear_item(id);
     if cell >= surface.particles {
         return;
     }
@@ -43,12 +39,8 @@ fn surround(
 }
 
 @compute @workgroup_size(GROUP)
-fn list_bricks(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let cell = linear_item(group, groups, local);
+fn list_bricks(id: Invocation) {
+    let cell = linear_item(id);
     if cell >= surface.cells {
         return;
     }
@@ -68,24 +60,16 @@ fn is_first(at: u32) -> bool {
 }
 
 @compute @workgroup_size(GROUP)
-fn mark_bricks(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_item(group, groups, local);
+fn mark_bricks(id: Invocation) {
+    let at = linear_item(id);
     if at < surface.listed {
         firsts[at] = u32(is_first(at));
     }
 }
 
 @compute @workgroup_size(GROUP)
-fn keep_bricks(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_item(group, groups, local);
+fn keep_bricks(id: Invocation) {
+    let at = linear_item(id);
     if at < surface.listed && is_first(at) {
         bricks[firsts[at]] = listed[at];
     }

@@ -41,12 +41,8 @@ fn vertex_of(brick: u32) -> u32 {
 }
 
 @compute @workgroup_size(GROUP)
-fn classify(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn classify(id: Invocation) {
+    let particle = linear_item(id);
     if particle >= surface.particles {
         return;
     }

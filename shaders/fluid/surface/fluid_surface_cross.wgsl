@@ -45,26 +45,22 @@ fn is_crossed(a: f32, b: f32) -> bool {
 }
 
 @compute @workgroup_size(CORNERS)
-fn count_vertices(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let brick = linear_group(group, groups);
+fn count_vertices(id: Invocation) {
+    let brick = linear_group(id);
     if brick >= surface.bricks {
         return;
     }
-    if local < 6u {
-        beside[local] = find_beside(bricks[brick], local);
+    if id.local < 6u {
+        beside[id.local] = find_beside(bricks[brick], id.local);
     }
     workgroupBarrier();
-    let own = values[brick * CORNERS + local];
+    let own = values[brick * CORNERS + id.local];
     var count = 0u;
     for (var axis = 0u; axis < 3u; axis++) {
-        count += u32(is_crossed(own, value_beside(brick, local, axis)));
-        count += u32(own > 0.0 && has_before(local, axis));
+        count += u32(is_crossed(own, value_beside(brick, id.local, axis)));
+        count += u32(own > 0.0 && has_before(id.local, axis));
     }
-    counts[brick * CORNERS + local] = count;
+    counts[brick * CORNERS + id.local] = count;
 }
 
 /// The vertex between a corner and the next one along an axis.
@@ -77,30 +73,26 @@ fn vertex(corner: vec3<i32>, axis: u32, here: f32, there: f32) -> vec4<f32> {
 }
 
 @compute @workgroup_size(CORNERS)
-fn place_vertices(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let brick = linear_group(group, groups);
+fn place_vertices(id: Invocation) {
+    let brick = linear_group(id);
     if brick >= surface.bricks {
         return;
     }
-    if local < 6u {
-        beside[local] = find_beside(bricks[brick], local);
+    if id.local < 6u {
+        beside[id.local] = find_beside(bricks[brick], id.local);
     }
     workgroupBarrier();
-    let own = values[brick * CORNERS + local];
-    let corner = corner_of(bricks[brick], local);
+    let own = values[brick * CORNERS + id.local];
+    let corner = corner_of(bricks[brick], id.local);
     let outside = value_of(0.0, vec3(0.0));
-    var at = counts[brick * CORNERS + local];
+    var at = counts[brick * CORNERS + id.local];
     for (var axis = 0u; axis < 3u; axis++) {
-        let after = value_beside(brick, local, axis);
+        let after = value_beside(brick, id.local, axis);
         if is_crossed(own, after) {
             vertices[at] = vertex(corner, axis, own, after);
             at++;
         }
-        if own > 0.0 && has_before(local, axis) {
+        if own > 0.0 && has_before(id.local, axis) {
             var before = corner;
             before[axis] -= 1;
             vertices[at] = vertex(before, axis, outside, own);

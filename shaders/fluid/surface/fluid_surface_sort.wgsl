@@ -20,14 +20,10 @@ fn rising(value: f32) -> u32 {
 }
 
 @compute @workgroup_size(GROUP)
-fn bound(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn bound(id: Invocation) {
     var low = vec3(0u);
     var high = vec3(0u);
-    for (var k = linear_item(group, groups, local); k < surface.particles; k += groups.x * GROUP) {
+    for (var k = linear_item(id); k < surface.particles; k += id.groups.x * GROUP) {
         let place = places[k];
         let at = vec3(rising(place.x), rising(place.y), rising(place.z));
         low = max(low, ~at);
@@ -40,12 +36,8 @@ fn bound(
 }
 
 @compute @workgroup_size(GROUP)
-fn number_particles(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn number_particles(id: Invocation) {
+    let particle = linear_item(id);
     if particle < surface.particles {
         keys[particle] = number_of(brick_of(places[particle].xyz));
         order[particle] = particle;
@@ -57,12 +49,8 @@ fn is_first(particle: u32) -> bool {
 }
 
 @compute @workgroup_size(GROUP)
-fn arrange(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn arrange(id: Invocation) {
+    let particle = linear_item(id);
     if particle < surface.particles {
         sorted[particle] = places[order[particle]];
         firsts[particle] = u32(is_first(particle));
@@ -70,12 +58,8 @@ fn arrange(
 }
 
 @compute @workgroup_size(GROUP)
-fn note_cells(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn note_cells(id: Invocation) {
+    let particle = linear_item(id);
     if particle >= surface.particles {
         return;
     }

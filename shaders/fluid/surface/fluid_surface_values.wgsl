@@ -11,12 +11,8 @@ var<workgroup> ranges: array<vec2<u32>, 9>;
 
 /// Of a density 1 / Σ w, the particle's volume times the middle of its kernel.
 @compute @workgroup_size(GROUP)
-fn measure(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let particle = linear_item(group, groups, local);
+fn measure(id: Invocation) {
+    let particle = linear_item(id);
     if particle >= surface.particles {
         return;
     }
@@ -37,21 +33,17 @@ fn measure(
 }
 
 @compute @workgroup_size(CORNERS)
-fn evaluate(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let brick = linear_group(group, groups);
+fn evaluate(id: Invocation) {
+    let brick = linear_group(id);
     if brick >= surface.bricks {
         return;
     }
     let number = bricks[brick];
-    if local < 9u {
-        ranges[local] = particles_of(number, local);
+    if id.local < 9u {
+        ranges[id.local] = particles_of(number, id.local);
     }
     workgroupBarrier();
-    let own = vec3<f32>(corner_of(number, local)) * surface.cell;
+    let own = vec3<f32>(corner_of(number, id.local)) * surface.cell;
     var weight = 0.0;
     var moment = vec3(0.0);
     for (var row = 0u; row < 9u; row++) {
@@ -64,5 +56,5 @@ fn evaluate(
             moment += part * apart;
         }
     }
-    values[brick * CORNERS + local] = value_of(weight, moment);
+    values[brick * CORNERS + id.local] = value_of(weight, moment);
 }

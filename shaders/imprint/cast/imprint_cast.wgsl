@@ -52,12 +52,8 @@ fn coefficients(tile: u32, block: u32, local: u32, texels: vec2<u32>) -> vec2<u3
 }
 
 @compute @workgroup_size(PAIRS)
-fn cast_rays(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups);
+fn cast_rays(id: Invocation) {
+    let index = linear_group(id);
     let there = index < arguments[2u * step.link + 1u].x;
     work = links[step.link];
     var item = vec4(0u);
@@ -72,7 +68,7 @@ fn cast_rays(
         let corner = vec2(block % across, block / across) * edge;
         var texels = vec2(NONE);
         for (var k = 0u; k < 2u; k++) {
-            let knot = 2u * local + k;
+            let knot = 2u * id.local + k;
             // Without a normal nothing changes: beyond the coefficients of a small tile, and in holes.
             var it: SurfaceSample;
             var uv = vec2(0.5);
@@ -88,7 +84,7 @@ fn cast_rays(
             feet[k] = foot_of(it);
             feet[k].p += way_at(item.x, uv, it, feet[k]);
         }
-        pair = coefficients(item.x, block, local, texels);
+        pair = coefficients(item.x, block, id.local, texels);
     }
     let begun = pair.y;
     for (var link = step.link; link != LINK_NONE; link = work.next) {
@@ -96,7 +92,7 @@ fn cast_rays(
         if ((item[2u + link / 32u] >> (link % 32u)) & 1u) == 0u {
             continue;
         }
-        if local == 0u {
+        if id.local == 0u {
             atomicStore(&sum_changed, 0);
             atomicStore(&sum_clamped, 0);
             atomicStore(&least, 0);
@@ -123,13 +119,13 @@ fn cast_rays(
         }
         pair.x = changed;
         workgroupBarrier();
-        if local == 0u {
+        if id.local == 0u {
             keep(item, link);
         }
         workgroupBarrier();
         let place = shared_place;
         if place < work.records {
-            records[RECORD * place + HEADER + local] = changed;
+            records[RECORD * place + HEADER + id.local] = changed;
         }
         workgroupBarrier();
     }

@@ -33,15 +33,11 @@ fn word_before(face: u32, word: u32) -> u32 {
 }
 
 @compute @workgroup_size(PAIRS)
-fn cast_values(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups);
+fn cast_values(id: Invocation) {
+    let index = linear_group(id);
     let there = index < arguments[2u * step.link + 1u].x;
     work = links[step.link];
-    if local == 0u {
+    if id.local == 0u {
         atomicStore(&sum_changed, 0);
         atomicStore(&sum_clamped, 0);
         atomicStore(&least, 0);
@@ -49,7 +45,7 @@ fn cast_values(
         shared_place = NONE;
     }
     workgroupBarrier();
-    let word = group.z * PAIRS + local;
+    let word = id.group.z * PAIRS + id.local;
     let all = value_count(SEGMENTS);
     var face = 0u;
     var changed = 0u;
@@ -83,14 +79,14 @@ fn cast_values(
         }
     }
     workgroupBarrier();
-    if local == 0u && there {
+    if id.local == 0u && there {
         face = listed[index];
         let chained = (work.flags & CHAINED) != 0u;
         var previous = 0u;
         if chained {
-            previous = atomicLoad(&slots[slot_of(face) + 1u + group.z]);
+            previous = atomicLoad(&slots[slot_of(face) + 1u + id.group.z]);
         }
-        keep(vec4(face, group.z, 0u, 0u), step.link);
+        keep(vec4(face, id.group.z, 0u, 0u), step.link);
         if chained && atomicLoad(&noted) != 0u {
             atomicOr(&slots[state_of(face)], atomicLoad(&noted));
         }
@@ -101,6 +97,6 @@ fn cast_values(
     workgroupBarrier();
     let place = shared_place;
     if place < work.records {
-        records[RECORD * place + HEADER + local] = changed;
+        records[RECORD * place + HEADER + id.local] = changed;
     }
 }

@@ -11,7 +11,7 @@ const WORDS: u32 = 8u;
 
 // A tile, a block of it with the tile's size in the upper half, and the imprints that it may meet, a bit each.
 @group(0) @binding(3) var<storage, read_write> listed: array<vec4<u32>>;
-@group(0) @binding(4) var<storage, read_write> told: AllTold;
+@group(0) @binding(4) var<storage, read_write> counters: AllCounters;
 // Of every imprint eight words, the last four of which are the number of blocks listed for it and those of its row, and
 // the workgroups in x, y and z that take one each.
 @group(0) @binding(5) var<storage, read_write> arguments: array<atomic<u32>>;
@@ -70,7 +70,7 @@ fn block_meets(tile: CullTile, patch_index: u32, block: vec2<u32>, count: u32) -
 
 // Takes room in the list for so many blocks. The arguments of what takes the listed blocks only grow.
 fn list(found: u32) {
-    let first = atomicAdd(&told.links[step.link].found, found);
+    let first = atomicAdd(&counters.links[step.link].found, found);
     shared_first = first;
     let count = min(first + found, links[step.link].room);
     let at = 8u * step.link + 4u;
@@ -104,17 +104,13 @@ fn meet(index: u32, before: CullTile, met: vec2<u32>, local: u32) {
 }
 
 @compute @workgroup_size(THREADS)
-fn cull_blocks(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let number = linear_group(group, groups);
+fn cull_blocks(id: Invocation) {
+    let number = linear_group(id);
     let there = number < counts[step.link].x;
     for (var k = 0u; k < WORDS; k++) {
-        atomicStore(&bits[WORDS * local + k], 0u);
+        atomicStore(&bits[WORDS * id.local + k], 0u);
     }
-    if local == 0u {
+    if id.local == 0u {
         shared_first = 0u;
     }
     workgroupBarrier();
@@ -125,7 +121,7 @@ fn cull_blocks(
         let tile = tile_before(index);
         size = tile.size;
         let at = MASK_WORDS * index;
-        meet(index, tile, vec2(atomicLoad(&masks[at]), atomicLoad(&masks[at + 1u])), local);
+        meet(index, tile, vec2(atomicLoad(&masks[at]), atomicLoad(&masks[at + 1u])), id.local);
     }
     workgroupBarrier();
     let edge = min(size, EDGE);
@@ -133,22 +129,22 @@ fn cull_blocks(
         // As many invocations as there may be imprints.
         var own = 0u;
         for (var k = 0u; k < WORDS; k++) {
-            own += countOneBits(atomicLoad(&bits[WORDS * local + k]));
+            own += countOneBits(atomicLoad(&bits[WORDS * id.local + k]));
         }
         if own > 0u {
-            atomicAdd(&told.links[local].tiles, 1u);
-            atomicAdd(&told.links[local].tested, own * edge * edge);
+            atomicAdd(&counters.links[id.local].tiles, 1u);
+            atomicAdd(&counters.links[id.local].tested, own * edge * edge);
         }
     }
-    if local < WORDS {
+    if id.local < WORDS {
         var all = 0u;
         for (var link = 0u; link < THREADS; link++) {
-            all |= atomicLoad(&bits[WORDS * link + local]);
+            all |= atomicLoad(&bits[WORDS * link + id.local]);
         }
-        either[local] = all;
+        either[id.local] = all;
     }
     workgroupBarrier();
-    if there && local == 0u {
+    if there && id.local == 0u {
         var found = 0u;
         for (var k = 0u; k < WORDS; k++) {
             found += countOneBits(either[k]);
@@ -162,7 +158,7 @@ fn cull_blocks(
         }
     }
     workgroupBarrier();
-    for (var block = local; block < 32u * WORDS; block += THREADS) {
+    for (var block = id.local; block < 32u * WORDS; block += THREADS) {
         let word = block / 32u;
         let bit = 1u << (block % 32u);
         if !there || (either[word] & bit) == 0u {

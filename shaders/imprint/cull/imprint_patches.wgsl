@@ -20,12 +20,8 @@ fn list(tile: u32) {
 }
 
 @compute @workgroup_size(THREADS)
-fn cull_patches(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups) * THREADS + local;
+fn cull_patches(id: Invocation) {
+    let index = linear_group(id) * THREADS + id.local;
     if index >= arrayLength(&owners) {
         return;
     }

@@ -18,14 +18,10 @@ var<workgroup> least: atomic<i32>;
 var<workgroup> most: atomic<i32>;
 
 @compute @workgroup_size(GROUP)
-fn measure(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups);
+fn measure(id: Invocation) {
+    let index = linear_group(id);
     let there = index < work.tiles;
-    if local == 0u {
+    if id.local == 0u {
         atomicStore(&least, 0x7fff);
         atomicStore(&most, -0x8000);
     }
@@ -40,7 +36,7 @@ fn measure(
         let words = (tile.y + 2u) * (tile.y + 2u) / 2u;
         var low = 0x7fff;
         var high = -0x8000;
-        for (var word = local; word < words; word += GROUP) {
+        for (var word = id.local; word < words; word += GROUP) {
             let pair = tiles_texels[first + word];
             let keys = vec2(key(pair & 0xffffu), key(pair >> 16u));
             low = min(low, min(keys.x, keys.y));
@@ -50,7 +46,7 @@ fn measure(
         atomicMax(&most, high);
     }
     workgroupBarrier();
-    if there && local == 0u {
+    if there && id.local == 0u {
         // A tile without a block is not displaced.
         var it = CullTile(0.0, 0.0, tile.y, bitcast<f32>(tile.z));
         if first != TILES_NONE {

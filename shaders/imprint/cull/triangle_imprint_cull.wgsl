@@ -12,7 +12,7 @@ override SEGMENTS: u32 = 64u;
 
 @group(0) @binding(1) var<storage, read_write> slots: array<u32>;
 @group(0) @binding(3) var<storage, read_write> arguments: array<atomic<u32>>;
-@group(0) @binding(4) var<storage, read_write> told: AllTold;
+@group(0) @binding(4) var<storage, read_write> counters: AllCounters;
 // The least and the largest displacement in and around every triangle, 0 between them.
 @group(2) @binding(0) var<storage, read> ranges: array<vec2<f32>>;
 // Those that may, in any order.
@@ -73,17 +73,13 @@ fn list(face: u32) {
     atomicMax(&arguments[at + 1u], min(place + 1u, ROW));
     atomicMax(&arguments[at + 2u], place / ROW + 1u);
     atomicMax(&arguments[at + 3u], PARTS);
-    atomicAdd(&told.links[step.link].tiles, 1u);
-    atomicAdd(&told.links[step.link].tested, value_count(SEGMENTS));
+    atomicAdd(&counters.links[step.link].tiles, 1u);
+    atomicAdd(&counters.links[step.link].tested, value_count(SEGMENTS));
 }
 
 @compute @workgroup_size(GROUP)
-fn cull_faces(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let face = linear_group(group, groups) * GROUP + local;
+fn cull_faces(id: Invocation) {
+    let face = linear_group(id) * GROUP + id.local;
     take(step.link);
     if face >= work.tiles {
         return;

@@ -25,7 +25,7 @@ struct Rim {
 }
 
 // What an imprint tells of its rim.
-struct RimTold {
+struct RimCounters {
     // The distance of neighbours that are pushed, as the bits of a float.
     spacing: atomic<u32>,
     // Pieces with borders, places at borders, and cells, whether or not there was room.
@@ -38,10 +38,10 @@ struct RimTold {
 @group(0) @binding(1) var<storage, read> listed: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> arguments: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read_write> slots: array<atomic<u32>>;
-@group(0) @binding(6) var<storage, read_write> told: AllTold;
+@group(0) @binding(6) var<storage, read_write> counters: AllCounters;
 @group(0) @binding(7) var<storage, read_write> records: array<u32>;
 @group(3) @binding(0) var<storage, read> rims: array<Rim>;
-@group(3) @binding(1) var<storage, read_write> rims_told: array<RimTold>;
+@group(3) @binding(1) var<storage, read_write> rim_counters: array<RimCounters>;
 @group(3) @binding(2) var<storage, read_write> pieces: array<u32>;
 // The points of the undisplaced surface, and the area that each stands for.
 @group(3) @binding(3) var<storage, read_write> points: array<vec4<f32>>;
@@ -130,7 +130,7 @@ fn number(piece: u32, word: u32) -> f32 {
 
 // The edge of the cells: the power of two that is not less than a number.
 fn cell_edge() -> u32 {
-    let size = max(rims[step.link].width, bitcast<f32>(atomicLoad(&rims_told[step.link].spacing)));
+    let size = max(rims[step.link].width, bitcast<f32>(atomicLoad(&rim_counters[step.link].spacing)));
     let bits = bitcast<u32>(clamp(size, 9.094947e-13, 1.0995116e12));
     return (bits + 0x7fffffu) & 0xff800000u;
 }

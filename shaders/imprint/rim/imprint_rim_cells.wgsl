@@ -23,37 +23,3 @@ fn is_at_border(piece: u32, it: Patchwork, k: u32) -> bool {
     return !(is_pushed(piece, it, own - vec2(1, 0)) && is_pushed(piece, it, own + vec2(1, 0))
         && is_pushed(piece, it, own - vec2(0, 1)) && is_pushed(piece, it, own + vec2(0, 1)));
 }
-
-@compute @workgroup_size(GROUP)
-fn list_cells(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) k: u32,
-) {
-    let piece = linear_group(group, groups);
-    let there = piece < arguments[2u * step.link + 1u].x;
-    work = links[step.link];
-    if k < 8u {
-        atomicStore(&mask[k], 0u);
-    }
-    workgroupBarrier();
-    var at_border = false;
-    var cell = NONE;
-    var point = vec4(0.0);
-    if there && has_bit(piece, PUSHED, k) {
-        point = points[256u * piece + k];
-        cell = cell_at(piece, k, point.xyz);
-        at_border = is_at_border(piece, patchwork(listed[piece]), k);
-        if at_border {
-            atomicOr(&mask[k / 32u], 1u << (k % 32u));
-        }
-    }
-    workgroupBarrier();
-    if k == 0u {
-        take_borders(piece);
-    }
-    workgroupBarrier();
-    if at_border {
-        put_border(k, point.xyz, cell);
-    }
-}

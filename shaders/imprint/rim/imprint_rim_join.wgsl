@@ -45,7 +45,7 @@ fn first_of(cell: u32) -> u32 {
         }
         at = next;
     }
-    atomicOr(&rims_told[step.link].faults, RIM_MANY);
+    atomicOr(&rim_counters[step.link].faults, RIM_MANY);
     return at;
 }
 
@@ -63,12 +63,12 @@ fn join(one: u32, other: u32) {
             return;
         }
     }
-    atomicOr(&rims_told[step.link].faults, RIM_MANY);
+    atomicOr(&rim_counters[step.link].faults, RIM_MANY);
 }
 
 @compute @workgroup_size(GROUP)
 fn join_cells(@builtin(local_invocation_index) local: u32) {
-    let count = atomicLoad(&rims_told[step.link].cells);
+    let count = atomicLoad(&rim_counters[step.link].cells);
     // With more it is made again with more room.
     if count > rims[step.link].cells / 2u {
         return;

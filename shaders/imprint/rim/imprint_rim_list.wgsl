@@ -1,4 +1,5 @@
 // import imprint_rim
+// needs is_at_border
 // The cells of space that what is pushed of a piece is in, and the places of it at the border.
 
 // Cells from the middle of the grid that are told apart.
@@ -21,7 +22,7 @@ fn cell_of(key: u32) -> u32 {
         if found == EMPTY {
             let had = atomicCompareExchangeWeak(&cells[CELL * at], EMPTY, key);
             if had.exchanged {
-                let index = atomicAdd(&rims_told[step.link].cells, 1u);
+                let index = atomicAdd(&rim_counters[step.link].cells, 1u);
                 atomicStore(&cells[CELL * index + LISTED], at);
                 atomicStore(&cells[CELL * at + FOLLOWS], at);
                 for (var word = 0u; word < 4u; word++) {
@@ -37,7 +38,7 @@ fn cell_of(key: u32) -> u32 {
         }
         at++;
     }
-    atomicOr(&rims_told[step.link].faults, RIM_MANY);
+    atomicOr(&rim_counters[step.link].faults, RIM_MANY);
     return NONE;
 }
 
@@ -49,7 +50,7 @@ fn cell_at(piece: u32, k: u32, point: vec3<f32>) -> u32 {
     if all(abs(place) < vec3(REACH)) {
         cell = cell_of(cell_key(vec3<i32>(place) + vec3(i32(REACH))));
     } else {
-        atomicOr(&rims_told[step.link].faults, RIM_FAR);
+        atomicOr(&rim_counters[step.link].faults, RIM_FAR);
     }
     pieces[PIECE * piece + CELLS_OF + k] = cell;
     return cell;
@@ -64,10 +65,10 @@ fn take_borders(piece: u32) {
     if count == 0u {
         return;
     }
-    let first = atomicAdd(&rims_told[step.link].borders, count);
+    let first = atomicAdd(&rim_counters[step.link].borders, count);
     shared_first = first;
     if first + count <= rims[step.link].borders {
-        let at = atomicAdd(&rims_told[step.link].edges, 1u);
+        let at = atomicAdd(&rim_counters[step.link].edges, 1u);
         edges[at] = vec4(piece, first, count, 0u);
     }
 }
@@ -80,5 +81,36 @@ fn put_border(k: u32, point: vec3<f32>, cell: u32) {
     }
     if at < rims[step.link].borders {
         borders[at] = vec4(point, bitcast<f32>(cell));
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn list_cells(id: Invocation) {
+    let k = id.local;
+    let piece = linear_group(id);
+    let there = piece < arguments[2u * step.link + 1u].x;
+    work = links[step.link];
+    if k < 8u {
+        atomicStore(&mask[k], 0u);
+    }
+    workgroupBarrier();
+    var at_border = false;
+    var cell = NONE;
+    var point = vec4(0.0);
+    if there && has_bit(piece, PUSHED, k) {
+        point = points[256u * piece + k];
+        cell = cell_at(piece, k, point.xyz);
+        at_border = is_at_border(piece, patchwork(listed[piece]), k);
+        if at_border {
+            atomicOr(&mask[k / 32u], 1u << (k % 32u));
+        }
+    }
+    workgroupBarrier();
+    if k == 0u {
+        take_borders(piece);
+    }
+    workgroupBarrier();
+    if at_border {
+        put_border(k, point.xyz, cell);
     }
 }

@@ -40,12 +40,9 @@ fn is_near(piece: u32, other: u32, width: f32) -> bool {
 }
 
 @compute @workgroup_size(GROUP)
-fn profile(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) k: u32,
-) {
-    let piece = linear_group(group, groups);
+fn profile(id: Invocation) {
+    let k = id.local;
+    let piece = linear_group(id);
     let there = piece < arguments[2u * step.link + 1u].x;
     work = links[step.link];
     let width = rims[step.link].width;
@@ -56,7 +53,7 @@ fn profile(
             any_free |= pieces[PIECE * piece + FREE + word];
         }
         if any_free != 0u {
-            count = atomicLoad(&rims_told[step.link].edges);
+            count = atomicLoad(&rim_counters[step.link].edges);
         }
     }
     var point = vec4(0.0);
@@ -78,7 +75,7 @@ fn profile(
         let found = atomicLoad(&near_count);
         looked += found;
         if looked > MAX_NEAR {
-            atomicOr(&rims_told[step.link].faults, RIM_MANY);
+            atomicOr(&rim_counters[step.link].faults, RIM_MANY);
             break;
         }
         for (var turn = 0u; turn < found; turn++) {

@@ -5,15 +5,11 @@ var<workgroup> mask: array<atomic<u32>, 8>;
 
 // An invocation takes a record.
 @compute @workgroup_size(GROUP)
-fn find_records(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn find_records(id: Invocation) {
     work = links[step.link];
-    let index = linear_group(group, groups) * GROUP + local;
+    let index = linear_group(id) * GROUP + id.local;
     let record = RECORD * index;
-    if index >= min(atomicLoad(&told.kept), work.records) || records[record + 1u] >> 16u != step.link {
+    if index >= min(atomicLoad(&counters.kept), work.records) || records[record + 1u] >> 16u != step.link {
         return;
     }
     let piece = piece_of(records[record], records[record + 1u] & 0xffffu);
@@ -23,12 +19,9 @@ fn find_records(
 }
 
 @compute @workgroup_size(GROUP)
-fn push(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) k: u32,
-) {
-    let piece = linear_group(group, groups);
+fn push(id: Invocation) {
+    let k = id.local;
+    let piece = linear_group(id);
     let there = piece < arguments[2u * step.link + 1u].x;
     work = links[step.link];
     if k < 8u {
@@ -46,7 +39,7 @@ fn push(
         pieces[PIECE * piece + k] = now | (before << 16u);
         if value(now) < value(before) {
             atomicOr(&mask[k / 32u], 1u << (k % 32u));
-            atomicMax(&rims_told[step.link].spacing, pieces[PIECE * piece + SPACING]);
+            atomicMax(&rim_counters[step.link].spacing, pieces[PIECE * piece + SPACING]);
         }
     }
     workgroupBarrier();

@@ -32,7 +32,7 @@ fn record_of(piece: u32, it: Patchwork) -> u32 {
     if count == 0u {
         return NONE;
     }
-    let place = atomicAdd(&told.kept, 1u);
+    let place = atomicAdd(&counters.kept, 1u);
     if place >= work.records {
         return NONE;
     }
@@ -50,12 +50,9 @@ fn record_of(piece: u32, it: Patchwork) -> u32 {
 }
 
 @compute @workgroup_size(GROUP)
-fn raise(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) k: u32,
-) {
-    let piece = linear_group(group, groups);
+fn raise(id: Invocation) {
+    let k = id.local;
+    let piece = linear_group(id);
     let there = piece < arguments[2u * step.link + 1u].x;
     work = links[step.link];
     if k == 0u {
@@ -65,7 +62,7 @@ fn raise(
     }
     // The cells are left empty for the next imprint. There are no more of them than coefficients.
     let index = GROUP * piece + k;
-    if there && index < min(atomicLoad(&rims_told[step.link].cells), rims[step.link].cells) {
+    if there && index < min(atomicLoad(&rim_counters[step.link].cells), rims[step.link].cells) {
         atomicStore(&cells[CELL * atomicLoad(&cells[CELL * index + LISTED])], EMPTY);
     }
     workgroupBarrier();

@@ -1,4 +1,4 @@
-// import imprint_rim
+// import imprint_rim_measure
 // import imprint_under
 // import triangle_imprint_foot
 // The pieces around a contact on a triangle mesh before the imprint: places, areas, values, and which are under the collider.
@@ -7,10 +7,6 @@
 // First words of the triangles' blocks, and their words.
 @group(2) @binding(0) var<storage, read> entries: array<u32>;
 @group(2) @binding(1) var<storage, read> values: array<u32>;
-
-var<workgroup> low: array<vec3<f32>, 256>;
-var<workgroup> high: array<vec3<f32>, 256>;
-var<workgroup> free: array<atomic<u32>, 8>;
 
 // A value as imprints of earlier dispatches left it.
 fn value_before(it: Patchwork, index: u32) -> u32 {
@@ -53,66 +49,23 @@ fn area_of(face: u32, node: Node, n: vec3<f32>) -> f32 {
     return select(0.0, f32(ring_count(SEGMENTS, node) - 1u) * sum, first == face);
 }
 
-@compute @workgroup_size(GROUP)
-fn gather(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) k: u32,
-) {
-    let piece = linear_group(group, groups);
-    let there = piece < arguments[2u * step.link + 1u].x;
-    work = links[step.link];
-    if k < 8u {
-        atomicStore(&free[k], 0u);
+// Value k of a piece, of the undisplaced mesh, and whether it may rise.
+fn measured(it: Patchwork, k: u32) -> Measured {
+    var made: Measured;
+    let index = 256u * it.block + k;
+    made.is_there = index < value_count(SEGMENTS);
+    if !made.is_there {
+        return made;
     }
-    low[k] = vec3(1e38);
-    high[k] = vec3(-1e38);
-    workgroupBarrier();
-    var it: Patchwork;
-    if there {
-        it = patchwork(listed[piece]);
-        let index = 256u * it.block + k;
-        var point = vec4(0.0);
-        var half = 0u;
-        if index < value_count(SEGMENTS) {
-            let foot = exact_foot(it.tile, index);
-            half = value_before(it, index);
-            point = vec4(foot.p, area_of(it.tile, node_of(it.tile, SEGMENTS, index), foot.normal));
-            let up = scaled(foot.normal, value(half));
-            if any(foot.normal != vec3(0.0)) && !is_under(foot.p + way_at(it.tile, index) + up) {
-                atomicOr(&free[k / 32u], 1u << (k % 32u));
-            }
-            low[k] = point.xyz;
-            high[k] = point.xyz;
-        }
-        points[256u * piece + k] = point;
-        pieces[PIECE * piece + k] = half << 16u;
-        if k == 0u {
-            places[place_of(it.tile, it.block)] = piece | ((step.link + 1u) << 24u);
-        }
-    }
-    // The box of the points.
-    for (var reach = 128u; reach > 0u; reach /= 2u) {
-        workgroupBarrier();
-        if k < reach {
-            low[k] = min(low[k], low[k + reach]);
-            high[k] = max(high[k], high[k + reach]);
-        }
-    }
-    workgroupBarrier();
-    if !there {
-        return;
-    }
-    let first = PIECE * piece;
-    if k < 3u {
-        pieces[first + BOX + k] = bitcast<u32>(low[0][k]);
-        pieces[first + BOX + 3u + k] = bitcast<u32>(high[0][k]);
-    }
-    if k < 8u {
-        pieces[first + FREE + k] = atomicLoad(&free[k]);
-    }
-    if k == 0u {
-        pieces[first + SPACING] = bitcast<u32>(share_of(it.tile, vec3(0.0)).y);
-        pieces[first + RECORD_OF] = 0u;
-    }
+    let foot = exact_foot(it.tile, index);
+    made.half = value_before(it, index);
+    made.point = vec4(foot.p, area_of(it.tile, node_of(it.tile, SEGMENTS, index), foot.normal));
+    let up = scaled(foot.normal, value(made.half));
+    made.is_free = any(foot.normal != vec3(0.0)) && !is_under(foot.p + way_at(it.tile, index) + up);
+    return made;
+}
+
+// The largest distance of neighbours on a piece.
+fn spacing_of(it: Patchwork, _area: f32) -> f32 {
+    return share_of(it.tile, vec3(0.0)).y;
 }

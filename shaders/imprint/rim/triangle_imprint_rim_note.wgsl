@@ -5,12 +5,9 @@
 var<workgroup> noted: atomic<u32>;
 
 @compute @workgroup_size(GROUP)
-fn note_risen(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) k: u32,
-) {
-    let piece = linear_group(group, groups);
+fn note_risen(id: Invocation) {
+    let k = id.local;
+    let piece = linear_group(id);
     work = links[step.link];
     let there = piece < arguments[2u * step.link + 1u].x && (work.flags & CHAINED) != 0u;
     if k == 0u {

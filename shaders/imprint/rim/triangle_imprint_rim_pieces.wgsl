@@ -9,18 +9,14 @@ override PARTS: u32 = 13u;
 @group(0) @binding(2) var<storage, read> faces_arguments: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> listed: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read_write> arguments: array<u32>;
-@group(0) @binding(5) var<storage, read_write> told: AllTold;
+@group(0) @binding(5) var<storage, read_write> counters: AllCounters;
 
 // Pieces are as blocks of 16 × 16 coefficients.
 const EDGE: u32 = 16u;
 
 @compute @workgroup_size(GROUP)
-fn list_pieces(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = linear_group(group, groups) * GROUP + local;
+fn list_pieces(id: Invocation) {
+    let index = linear_group(id) * GROUP + id.local;
     work = links[step.link];
     let found = faces_arguments[2u * step.link + 1u].x;
     if index == 0u {
@@ -30,7 +26,7 @@ fn list_pieces(
         arguments[at + 1u] = min(count, ROW);
         arguments[at + 2u] = (count + ROW - 1u) / ROW;
         arguments[at + 3u] = 1u;
-        atomicStore(&told.links[step.link].found, found * PARTS);
+        atomicStore(&counters.links[step.link].found, found * PARTS);
     }
     if index >= found {
         return;

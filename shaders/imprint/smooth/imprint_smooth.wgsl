@@ -21,7 +21,7 @@ const REACH: u32 = 2u;
 // Of every tile the first word of its block before the submission, and its texels a side.
 @group(0) @binding(8) var<storage, read> entries: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read> texels: array<u32>;
-@group(0) @binding(10) var<storage, read_write> told: AllTold;
+@group(0) @binding(10) var<storage, read_write> counters: AllCounters;
 
 var<workgroup> least: atomic<i32>;
 var<workgroup> most: atomic<i32>;
@@ -55,10 +55,10 @@ fn words_of(it: Worked) -> u32 {
 
 // Blocks that were taken for this imprint are what the tiles were before the submission.
 @compute @workgroup_size(GROUP)
-fn bring(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn bring(id: Invocation) {
     work = links[step.link];
-    let it = worked(listed[group.x]);
-    let word = group.y * GROUP + local;
+    let it = worked(listed[id.group.x]);
+    let word = id.group.y * GROUP + id.local;
     if !is_now(it, SLOT_TAKEN) || word >= words_of(it) {
         return;
     }
@@ -85,14 +85,10 @@ fn mark(it: Worked, column: u32, row: u32) {
 
 // What rays found of a record's block: an invocation takes two coefficients.
 @compute @workgroup_size(PAIRS)
-fn take_over(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn take_over(id: Invocation) {
     work = links[step.link];
-    let index = linear_group(group, groups);
-    if index >= atomicLoad(&told.links[step.link].changed) {
+    let index = linear_group(id);
+    if index >= atomicLoad(&counters.links[step.link].changed) {
         return;
     }
     let record = RECORD * changed[index];
@@ -102,14 +98,14 @@ fn take_over(
     }
     let it = worked(tile);
     let edge = min(it.size, EDGE);
-    if 2u * local >= edge * edge {
+    if 2u * id.local >= edge * edge {
         return;
     }
     let block = records[record + 1u] & 0xffffu;
     let across = it.size / edge;
-    let row = block / across * edge + 2u * local / edge;
-    let column = block % across * edge + 2u * local % edge;
-    let pair = records[record + HEADER + local];
+    let row = block / across * edge + 2u * id.local / edge;
+    let column = block % across * edge + 2u * id.local % edge;
+    let pair = records[record + HEADER + id.local];
     for (var k = 0u; k < 2u; k++) {
         let texel = (row + 1u) * (it.size + 2u) + column + k + 1u;
         let before = texel_at(it, texel);
@@ -135,10 +131,10 @@ fn marked(at: u32) -> vec2<bool> {
 
 // What texels become: an invocation takes a word of the block of a tile that changed.
 @compute @workgroup_size(GROUP)
-fn average(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn average(id: Invocation) {
     work = links[step.link];
-    let it = worked(listed[group.x]);
-    let word = group.y * GROUP + local;
+    let it = worked(listed[id.group.x]);
+    let word = id.group.y * GROUP + id.local;
     if !is_now(it, SLOT_TOUCHED) || word >= words_of(it) {
         return;
     }
@@ -161,10 +157,10 @@ fn average(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 
 // They become it.
 @compute @workgroup_size(GROUP)
-fn apply(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn apply(id: Invocation) {
     work = links[step.link];
-    let it = worked(listed[group.x]);
-    let word = group.y * GROUP + local;
+    let it = worked(listed[id.group.x]);
+    let word = id.group.y * GROUP + id.local;
     if !is_now(it, SLOT_TOUCHED) || word >= words_of(it) {
         return;
     }
@@ -184,17 +180,17 @@ fn apply(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
 
 // The range of a block, ring included, by which culling goes. A workgroup takes a tile.
 @compute @workgroup_size(GROUP)
-fn measure(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn measure(id: Invocation) {
     work = links[step.link];
-    let it = worked(listed[group.x]);
-    if local == 0u {
+    let it = worked(listed[id.group.x]);
+    if id.local == 0u {
         atomicStore(&least, 0x7fff);
         atomicStore(&most, -0x8000);
     }
     workgroupBarrier();
     var low = 0x7fff;
     var high = -0x8000;
-    for (var word = local; word < words_of(it); word += GROUP) {
+    for (var word = id.local; word < words_of(it); word += GROUP) {
         let pair = atomicLoad(&blocks[it.first + word]);
         let keys = vec2(key(pair & 0xffffu), key(pair >> 16u));
         low = min(low, min(keys.x, keys.y));
@@ -203,7 +199,7 @@ fn measure(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     atomicMin(&least, low);
     atomicMax(&most, high);
     workgroupBarrier();
-    if local == 0u {
+    if id.local == 0u {
         slots[it.slot + SLOT_LEAST] = bitcast<u32>(atomicLoad(&least));
         slots[it.slot + SLOT_MOST] = bitcast<u32>(atomicLoad(&most));
     }

@@ -12,7 +12,7 @@ const TILE_RINGS: u32 = 16u;
 // tiles, of which the first says how many there are, and of the records.
 const STAGE: u32 = 12u;
 
-@group(0) @binding(1) var<storage, read_write> told: AllTold;
+@group(0) @binding(1) var<storage, read_write> counters: AllCounters;
 @group(0) @binding(2) var<storage, read_write> slots: array<atomic<u32>>;
 @group(0) @binding(3) var<storage, read> records: array<u32>;
 // The tiles, each once, and the records of the imprint.
@@ -37,7 +37,7 @@ fn list(tile: u32) {
     }
     var block = atomicLoad(&slots[slot + SLOT_BLOCK]);
     if block == 0u {
-        let taken = atomicAdd(&told.taken, 1u);
+        let taken = atomicAdd(&counters.taken, 1u);
         block = select(NO_ROOM, taken + 1u, taken < work.blocks);
         atomicStore(&slots[slot + SLOT_BLOCK], block);
         atomicStore(&slots[slot + SLOT_TAKEN], step.link + 1u);
@@ -58,18 +58,14 @@ fn list(tile: u32) {
 }
 
 @compute @workgroup_size(GROUP)
-fn touch(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
+fn touch(id: Invocation) {
     work = links[step.link];
-    let index = linear_group(group, groups) * GROUP + local;
+    let index = linear_group(id) * GROUP + id.local;
     let record = RECORD * index;
-    if index >= min(atomicLoad(&told.kept), work.records) || (records[record + 1u] >> 16u) != step.link {
+    if index >= min(atomicLoad(&counters.kept), work.records) || (records[record + 1u] >> 16u) != step.link {
         return;
     }
-    let place = atomicAdd(&told.links[step.link].changed, 1u);
+    let place = atomicAdd(&counters.links[step.link].changed, 1u);
     changed[place] = index;
     grow(STAGE * step.link + 9u, min(place + 1u, ROW), place / ROW + 1u);
     let tile = records[record];

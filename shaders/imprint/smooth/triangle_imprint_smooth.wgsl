@@ -40,10 +40,10 @@ struct Item {
     at: u32,
 }
 
-fn item_of(group: vec3<u32>, groups: vec3<u32>, local: u32) -> Item {
-    let piece = linear_group(group, groups);
+fn item_of(id: Invocation) -> Item {
+    let piece = linear_group(id);
     work = links[step.link];
-    let index = 256u * group.z + local;
+    let index = 256u * id.group.z + id.local;
     let there = piece < min(arguments[4u * step.link], work.blocks) && index < value_count(SEGMENTS);
     return Item(there, listed[select(0u, piece, there)], index, 2u * (256u * PARTS * piece + index));
 }
@@ -89,16 +89,12 @@ fn may_change(face: u32, node: Node) -> bool {
 
 // What imprints left, and which values this one changed.
 @compute @workgroup_size(GROUP)
-fn bring(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let it = item_of(group, groups, local);
+fn bring(id: Invocation) {
+    let it = item_of(id);
     if !it.there {
         return;
     }
-    let place = record_now(it.face, group.z);
+    let place = record_now(it.face, id.group.z);
     let half = recorded(it.face, it.index, place);
     var bits = half;
     if place != 0u && records[RECORD * (place - 1u) + 1u] >> 16u == step.link {
@@ -152,12 +148,8 @@ fn around_of(face: u32, node: Node) -> Around {
 
 // Values beside those that are smoothed are smoothed too. The round is what the step counts.
 @compute @workgroup_size(GROUP)
-fn spread(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let it = item_of(group, groups, local);
+fn spread(id: Invocation) {
+    let it = item_of(id);
     if !it.there {
         return;
     }
@@ -170,12 +162,8 @@ fn spread(
 }
 
 @compute @workgroup_size(GROUP)
-fn average(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let it = item_of(group, groups, local);
+fn average(id: Invocation) {
+    let it = item_of(id);
     if !it.there {
         return;
     }
@@ -190,12 +178,8 @@ fn average(
 }
 
 @compute @workgroup_size(GROUP)
-fn apply(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let it = item_of(group, groups, local);
+fn apply(id: Invocation) {
+    let it = item_of(id);
     if !it.there {
         return;
     }
@@ -205,24 +189,20 @@ fn apply(
 
 // Keeps what changed for the imprints that follow.
 @compute @workgroup_size(GROUP)
-fn settle(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let it = item_of(group, groups, local);
-    if local == 0u {
+fn settle(id: Invocation) {
+    let it = item_of(id);
+    if id.local == 0u {
         atomicStore(&sum_changed, 0);
         atomicStore(&least, 0);
         atomicStore(&most, 0u);
         shared_place = NONE;
     }
-    halves[local] = 0u;
+    halves[id.local] = 0u;
     workgroupBarrier();
     if it.there {
         let half = atomicLoad(&worked[it.at]) & 0xffffu;
-        halves[local] = half;
-        if half != recorded(it.face, it.index, record_now(it.face, group.z)) {
+        halves[id.local] = half;
+        if half != recorded(it.face, it.index, record_now(it.face, id.group.z)) {
             atomicAdd(&sum_changed, 1);
         }
         atomicMin(&least, key(half));
@@ -231,17 +211,17 @@ fn settle(
         }
     }
     workgroupBarrier();
-    if local == 0u && atomicLoad(&sum_changed) > 0 {
-        let place = take_record(vec4(it.face, group.z | SETTLED | (step.link << 16u), 0u, 0u));
+    if id.local == 0u && atomicLoad(&sum_changed) > 0 {
+        let place = take_record(vec4(it.face, id.group.z | SETTLED | (step.link << 16u), 0u, 0u));
         if place < work.records {
-            atomicStore(&slots[slot_of(it.face) + 1u + group.z], place + 1u);
+            atomicStore(&slots[slot_of(it.face) + 1u + id.group.z], place + 1u);
             atomicMax(&slots[slot_of(it.face)], u32(-atomicLoad(&least)));
             atomicMax(&slots[highest_of(it.face)], atomicLoad(&most));
         }
     }
     workgroupBarrier();
     let place = shared_place;
-    if place < work.records && local < PAIRS {
-        records[RECORD * place + HEADER + local] = halves[2u * local] | (halves[2u * local + 1u] << 16u);
+    if place < work.records && id.local < PAIRS {
+        records[RECORD * place + HEADER + id.local] = halves[2u * id.local] | (halves[2u * id.local + 1u] << 16u);
     }
 }

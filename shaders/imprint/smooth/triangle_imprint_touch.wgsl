@@ -12,7 +12,7 @@
 // Of every imprint how many are listed, and the arguments of what takes their values, 256 a workgroup.
 @group(0) @binding(4) var<storage, read_write> arguments: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read> slots: array<u32>;
-@group(0) @binding(6) var<storage, read_write> told: AllTold;
+@group(0) @binding(6) var<storage, read_write> counters: AllCounters;
 
 // That a triangle has a block of as many segments, or any; that values in and around it are smoothed.
 const FINE: u32 = 1u;
@@ -45,12 +45,8 @@ fn is_shown(face: u32) -> bool {
 }
 
 @compute @workgroup_size(GROUP)
-fn mark(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let face = linear_group(group, groups) * GROUP + local;
+fn mark(id: Invocation) {
+    let face = linear_group(id) * GROUP + id.local;
     work = links[step.link];
     if face >= work.tiles {
         return;
@@ -62,12 +58,8 @@ fn mark(
 }
 
 @compute @workgroup_size(GROUP)
-fn list(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let face = linear_group(group, groups) * GROUP + local;
+fn list(id: Invocation) {
+    let face = linear_group(id) * GROUP + id.local;
     work = links[step.link];
     if face >= work.tiles {
         return;
@@ -84,7 +76,7 @@ fn list(
     }
     let at = 4u * step.link;
     let place = atomicAdd(&arguments[at], 1u);
-    atomicMax(&told.taken, place + 1u);
+    atomicMax(&counters.taken, place + 1u);
     if place >= work.blocks {
         return;
     }

@@ -9,7 +9,7 @@ const MAX_UNITS: u32 = 1u << 21u;
 
 // Of the first imprint the number of chunks and the workgroups in x, y and z, and of each the same of its blocks.
 @group(0) @binding(2) var<storage, read_write> arguments: array<vec4<u32>>;
-@group(0) @binding(3) var<storage, read_write> told: AllTold;
+@group(0) @binding(3) var<storage, read_write> counters: AllCounters;
 // Of every imprint the number of listed tiles and the workgroups that take them.
 @group(0) @binding(4) var<storage, read_write> candidates: array<vec4<u32>>;
 
@@ -40,7 +40,7 @@ fn arrange(@builtin(local_invocation_index) local: u32) {
         var stop = first;
         var units = 0u;
         while stop < end && links[stop].wave == first {
-            let own = atomicLoad(&told.links[stop].work);
+            let own = atomicLoad(&counters.links[stop].work);
             units = select(units + own, MAX_UNITS, own >= MAX_UNITS || units >= MAX_UNITS);
             stop++;
         }
@@ -48,7 +48,7 @@ fn arrange(@builtin(local_invocation_index) local: u32) {
         var total = sums[end_of(stop - 1u)] - sums[first_of(first)];
         if units >= MAX_UNITS {
             for (var link = first; link < stop; link++) {
-                atomicOr(&told.links[link].faults, TOO_MUCH);
+                atomicOr(&counters.links[link].faults, TOO_MUCH);
             }
             total = 0u;
         }

@@ -4,17 +4,17 @@
 // take an imprint, and each leaves where the work of its triangles begins in its own, and how much that is.
 
 @group(0) @binding(3) var<storage, read_write> starts: array<u32>;
-@group(0) @binding(4) var<storage, read_write> told: AllTold;
+@group(0) @binding(4) var<storage, read_write> counters: AllCounters;
 // Of every workgroup of all imprints, one after the other.
 @group(0) @binding(5) var<storage, read_write> sums: array<u32>;
 
 const EACH: u32 = COUNTED / GROUP;
 
 @compute @workgroup_size(GROUP)
-fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let link = step.link + group.y;
+fn count(id: Invocation) {
+    let link = step.link + id.group.y;
     work = links[link];
-    let first = group.x * COUNTED + EACH * local;
+    let first = id.group.x * COUNTED + EACH * id.local;
     var items: array<u32, EACH>;
     var sum = 0u;
     for (var k = 0u; k < EACH && first + k < work.triangles; k++) {
@@ -23,15 +23,15 @@ fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
             let rows = clipped_rows(f);
             items[k] = u32(rows.y - rows.x) * chunks(f);
             sum += items[k];
-            atomicAdd(&told.links[link].work, (items[k] + 1023u) >> 10u);
+            atomicAdd(&counters.links[link].work, (items[k] + 1023u) >> 10u);
         }
     }
-    var start = group_exclusive(sum, local);
+    var start = group_exclusive(sum, id.local);
     for (var k = 0u; k < EACH && first + k < work.triangles; k++) {
         starts[work.first_work + first + k] = start;
         start += items[k];
     }
-    if local == 0u && first < work.triangles {
-        sums[work.first_work / COUNTED + group.x] = partial[GROUP - 1u];
+    if id.local == 0u && first < work.triangles {
+        sums[work.first_work / COUNTED + id.group.x] = partial[GROUP - 1u];
     }
 }

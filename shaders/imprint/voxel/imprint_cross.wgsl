@@ -31,12 +31,8 @@ fn against(start: vec3<i32>, stop: vec3<i32>, center: vec2<i32>) -> vec2<u32> {
 }
 
 @compute @workgroup_size(GROUP)
-fn cross_columns(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_group(group, groups) * GROUP + local;
+fn cross_columns(id: Invocation) {
+    let item = linear_group(id) * GROUP + id.local;
     if item >= arguments[2u * step.link].x {
         return;
     }

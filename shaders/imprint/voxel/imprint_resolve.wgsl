@@ -64,19 +64,15 @@ fn take_height(at: u32, end: i32, sign: i32) -> i32 {
 }
 
 @compute @workgroup_size(GROUP)
-fn resolve(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let column = linear_group(group, groups) * GROUP + local;
-    work = links[step.link + group.z];
+fn resolve(id: Invocation) {
+    let column = linear_group(id) * GROUP + id.local;
+    work = links[step.link + id.group.z];
     let columns = work.dims.x * work.dims.y;
     if column >= columns {
         return;
     }
     halves = select(0u, 1u, (work.flags & NARROW) != 0u);
-    let part = solid_part(step.link + group.z);
+    let part = solid_part(step.link + id.group.z);
     let place = vec2(i32(column % work.dims.x), i32(column / work.dims.x));
     let there = all(place >= part.low.xy) && all(place < part.high.xy);
     // Whole words of bits, of which the last may have a change at its end.

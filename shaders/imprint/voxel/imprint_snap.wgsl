@@ -13,7 +13,7 @@ const MAX: f32 = 536870912.0;
 
 @group(0) @binding(1) var<storage, read> points: array<f32>;
 @group(0) @binding(2) var<storage, read_write> corners: array<vec4<i32>>;
-@group(0) @binding(3) var<storage, read_write> told: AllTold;
+@group(0) @binding(3) var<storage, read_write> counters: AllCounters;
 // See `imprint_box`.
 @group(0) @binding(4) var<storage, read_write> boxes: array<atomic<u32>>;
 
@@ -36,12 +36,12 @@ fn place(row: vec3<i32>, low: u32, high: u32, q: vec3<i32>) -> vec2<i32> {
 var<workgroup> most: array<atomic<u32>, 6>;
 
 @compute @workgroup_size(GROUP)
-fn snap(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let link = step.link + group.y;
+fn snap(id: Invocation) {
+    let link = step.link + id.group.y;
     work = links[link];
-    let index = group.x * GROUP + local;
-    if local < 6u {
-        atomicStore(&most[local], 0u);
+    let index = id.group.x * GROUP + id.local;
+    if id.local < 6u {
+        atomicStore(&most[id.local], 0u);
     }
     workgroupBarrier();
     if index < work.points {
@@ -49,8 +49,8 @@ fn snap(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     workgroupBarrier();
     // Extrema of whole numbers do not depend on the order that they are met in.
-    if local < 6u {
-        atomicMax(&boxes[6u * link + local], atomicLoad(&most[local]));
+    if id.local < 6u {
+        atomicMax(&boxes[6u * link + id.local], atomicLoad(&most[id.local]));
     }
 }
 
@@ -65,7 +65,7 @@ fn snap_point(link: u32, index: u32) {
     let y = place(work.lattice_y, work.lattice_low.y, work.lattice_high.y, q);
     let z = place(work.lattice_z, work.lattice_low.z, work.lattice_high.z, q);
     if !there || x.y * y.y * z.y == 0 {
-        atomicOr(&told.links[link].faults, TOO_FAR);
+        atomicOr(&counters.links[link].faults, TOO_FAR);
     }
     let corner = vec3(x.x, y.x, z.x);
     corners[work.first_corner + index] = vec4(corner, 0);

@@ -37,12 +37,8 @@ fn border(along: vec3<f32>) -> mat3x3<f32> {
 }
 
 @compute @workgroup_size(GROUP)
-fn coarsen(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_item(group, groups, local);
+fn coarsen(id: Invocation) {
+    let item = linear_item(id);
     if item >= work.count {
         return;
     }

@@ -37,12 +37,8 @@ fn vertex_at(leaf: u32) -> u32 {
 
 /// Tells the nodes of the vertices.
 @compute @workgroup_size(GROUP)
-fn name_vertices(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let node = linear_item(group, groups, local);
+fn name_vertices(id: Invocation) {
+    let node = linear_item(id);
     if is_shown(node, sizes.vertices) {
         let split = node / 2u;
         let vertex = vertex_at(select(splits[split].vertex, split, node % 2u == 1u));
@@ -68,12 +64,8 @@ fn set_direction(at: u32, vector: vec3<f32>) {
 
 /// Turns what wedges were built with, which they have.
 @compute @workgroup_size(GROUP)
-fn turn(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_item(group, groups, local);
+fn turn(id: Invocation) {
+    let item = linear_item(id);
     if item >= arguments[6] {
         return;
     }

@@ -74,12 +74,8 @@ fn influence_sum(point: vec3<f32>) -> f32 {
 
 /// Counts vertices that are reached, and tells their nodes.
 @compute @workgroup_size(GROUP)
-fn reach(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let node = linear_item(group, groups, local);
+fn reach(id: Invocation) {
+    let node = linear_item(id);
     var is_reached = false;
     if is_shown(node, work.vertices) {
         let place = now(node);
@@ -90,8 +86,8 @@ fn reach(
             atomicAdd(&reached.lost, 1u);
         }
     }
-    let word = gathered(local, is_reached);
-    if local % 32u == 0u && node / 32u < arrayLength(&touched) / 2u {
+    let word = gathered(id.local, is_reached);
+    if id.local % 32u == 0u && node / 32u < arrayLength(&touched) / 2u {
         touched[node / 32u] = word;
         atomicAdd(&reached.vertices, countOneBits(word));
     }
@@ -99,12 +95,8 @@ fn reach(
 
 /// Moves them.
 @compute @workgroup_size(GROUP)
-fn move_reached(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let node = linear_item(group, groups, local);
+fn move_reached(id: Invocation) {
+    let node = linear_item(id);
     if is_shown(node, work.vertices) && (touched[node / 32u] >> (node % 32u) & 1u) == 1u {
         let place = now(node);
         set_place(node, moved(place, influence_sum(place.point)));

@@ -25,12 +25,8 @@ fn value_of(number: u32) -> Place {
 
 /// Lists what is marked.
 @compute @workgroup_size(GROUP)
-fn keep(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let word = linear_item(group, groups, local);
+fn keep(id: Invocation) {
+    let word = linear_item(id);
     if word >= 2u * work.words {
         return;
     }
@@ -45,12 +41,8 @@ fn keep(
 
 /// Puts what was there back in place of what is.
 @compute @workgroup_size(GROUP)
-fn swap(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_item(group, groups, local);
+fn swap(id: Invocation) {
+    let item = linear_item(id);
     if item >= work.count {
         return;
     }

@@ -5,12 +5,8 @@
 @group(1) @binding(1) var<storage, read_write> before: array<u32>;
 
 @compute @workgroup_size(GROUP)
-fn refine(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_item(group, groups, local);
+fn refine(id: Invocation) {
+    let item = linear_item(id);
     if item >= work.count {
         return;
     }

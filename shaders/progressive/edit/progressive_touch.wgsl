@@ -22,12 +22,8 @@ fn is_touched(node: u32) -> bool {
 }
 
 @compute @workgroup_size(GROUP)
-fn touch(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let item = linear_item(group, groups, local);
+fn touch(id: Invocation) {
+    let item = linear_item(id);
     if item >= work.count {
         return;
     }

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
-use relievo_core::{Context, Error, ErrorKind, Result, Retired};
+use relievo_core::{ArcPool, Context, Error, ErrorKind, Result};
 use relievo_detail::{
-    AnyObject, Canvas, DisplacedObject, FadingObject, Imprinter, LayeredObject, TriangleObject, refusal, with_object,
+    AnyObject, Canvas, DecayingObject, DisplacedObject, Imprinter, LayeredObject, TriangleObject, refusal, with_object,
 };
 use relievo_document::{PageFile, PageStore};
 use relievo_tiles::trace::Trace;
@@ -169,7 +169,7 @@ pub struct Editor {
     /// Whether the pose or transform changed since the last commit.
     moved: bool,
     /// What was committed lately, for the next commit where nobody looks at one any more.
-    views: Retired<View>,
+    views: ArcPool<View>,
 }
 
 /// A detail: what is being edited, and what readers see.
@@ -193,7 +193,7 @@ impl DetailObject {
         let mut editor = try_lock(&self.editor, "detail")?;
         self.context.gather();
         let live = self.view();
-        editor.views.for_each_free(|view| view.let_go(&live));
+        editor.views.for_each_free(|view| view.release(&live));
         Ok(editor)
     }
 
@@ -344,7 +344,7 @@ entry! {
                 (AnyObject::Triangles(Box::new(object)), view)
             }
         };
-        let mut views = Retired::default();
+        let mut views = ArcPool::default();
         views.watch(&view);
         let (imprinter, written) = (Imprinter::new(), Default::default());
         let editor = Editor { object, imprinter, written, pose: 0, moved: false, views };

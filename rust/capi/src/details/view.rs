@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec4, Vec3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_detail::{DisplacedObject, FadingObject, LayeredObject, TriangleObject};
+use relievo_detail::{DecayingObject, DisplacedObject, LayeredObject, TriangleObject};
 use relievo_surface::{Place, Surface, SurfaceOptions, TriangleSurface};
 use relievo_tiles::displaced::Points;
 use relievo_tiles::trace::{Mark, Trace};
@@ -619,7 +619,7 @@ impl View {
     }
 
     /// Shares what `live` has instead of what it had: of a view that nobody looks at.
-    pub fn let_go(&mut self, live: &Self) {
+    pub fn release(&mut self, live: &Self) {
         if let (ViewKind::Tiles(old), ViewKind::Tiles(new)) = (&mut self.layers, &live.layers) {
             old.clone_from(new);
         }

@@ -139,12 +139,12 @@ unsafe fn read(options: *const RlvSimplifyOptions, limit: u64) -> Result<(Simpli
     }
     let length = |length: f32| if length < 0.0 { f32::INFINITY } else { length };
     let options = SimplifyOptions {
-        faces: given.triangles,
-        error: length(given.error),
+        target_triangles: given.triangles,
+        max_error: length(given.error),
         bound: length(given.bound),
         is_border_locked: given.is_border_locked == 1,
         locked: locked.to_vec("locked", limit)?,
-        factors: factors.to_vec("factors", limit)?,
+        vertex_weights: factors.to_vec("factors", limit)?,
     };
     Ok((options, attributes))
 }

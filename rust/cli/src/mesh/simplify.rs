@@ -104,8 +104,8 @@ impl Arguments {
     fn goal(&self, level: usize, mesh: &Mesh, triangles: usize) -> Result<SimplifyOptions> {
         let bound = bound(value(&self.error, level), value(&self.error_relative, level), &mesh.points)?;
         Ok(SimplifyOptions {
-            faces: faces(value(&self.faces, level), value(&self.ratio, level), triangles)?.unwrap_or(0),
-            error: value(&self.error_estimate, level).unwrap_or(f32::INFINITY),
+            target_triangles: faces(value(&self.faces, level), value(&self.ratio, level), triangles)?.unwrap_or(0),
+            max_error: value(&self.error_estimate, level).unwrap_or(f32::INFINITY),
             bound: bound.unwrap_or(f32::INFINITY),
             is_border_locked: self.lock_border,
             ..SimplifyOptions::default()
@@ -157,7 +157,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         };
         relievo_meshio::write(&path, &made)?;
         let left = made.face_count();
-        if is_first && left > options.faces.max(1) && options.error.min(options.bound) == f32::INFINITY {
+        if is_first && left > options.target_triangles.max(1) && options.max_error.min(options.bound) == f32::INFINITY {
             if !made.attributes.is_empty() {
                 eprintln!("note: {SEAMS}");
             }

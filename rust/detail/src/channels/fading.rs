@@ -191,7 +191,7 @@ impl<T: Absorb> LayerDecay<Channel<T>> for Decay<T> {
 
 /// The decay of a layer.
 #[derive(Debug)]
-pub(crate) struct Faded<C: LayerChannel> {
+pub(crate) struct LayerDecayState<C: LayerChannel> {
     /// The number of its stamps as a layer of documents.
     number: u32,
     decay: C::Decay,
@@ -206,14 +206,14 @@ impl<C: LayerChannel> Stack<C> {
     }
 
     /// Returns the layers that fade, in the order of their stamps in documents: their numbers, decays and texels.
-    fn fading(&self) -> Vec<(u32, &Faded<C>, &C)> {
+    fn fading(&self) -> Vec<(u32, &LayerDecayState<C>, &C)> {
         let mut fading: Vec<_> = self.decays().filter_map(|(id, faded, channel)| Some((id, faded?, channel))).collect();
         fading.sort_by_key(|(_, faded, _)| faded.number);
         fading
     }
 
     /// As [`Self::fading`], for writing.
-    fn fading_mut(&mut self) -> Vec<(u32, &mut Faded<C>, &mut C)> {
+    fn fading_mut(&mut self) -> Vec<(u32, &mut LayerDecayState<C>, &mut C)> {
         let decays = self.decays_mut();
         let mut fading: Vec<_> =
             decays.filter_map(|(id, faded, channel)| Some((id, faded.as_mut()?, channel))).collect();
@@ -302,7 +302,7 @@ impl<C: LayerChannel> Stack<C> {
             (Some((options, _)), Some(faded)) => faded.decay.set_options(options)?,
             (Some((options, budget)), none) => {
                 let (decay, stamped) = (C::Decay::new(channel.field(), options, budget)?, channel.field().clone());
-                *none = Some(Faded { number, decay, stamped });
+                *none = Some(LayerDecayState { number, decay, stamped });
             }
             (None, faded) => *faded = None,
         }
@@ -362,7 +362,7 @@ impl<C: LayerChannel> Stack<C> {
             let stamped = channel.field().clone();
             let decay = C::Decay::stored(context, document, layer.name(), &stamped, budget)?;
             newest = newest.into_iter().chain(decay.newest()).reduce(f32::max);
-            *faded = Some(Faded { number: layer.id(), decay, stamped });
+            *faded = Some(LayerDecayState { number: layer.id(), decay, stamped });
         }
         Ok(newest)
     }
@@ -422,7 +422,7 @@ fn sorted(mut tiles: Vec<u32>) -> Vec<u32> {
 }
 
 /// An object whose edits may fade: every one that has layers.
-pub trait FadingObject: LayeredObject {
+pub trait DecayingObject: LayeredObject {
     /// Makes edits of the object's own displacement and colours, the lowest layers, fade from now on; what was edited
     /// before stays. Stamps may occupy `budget` bytes for each of the two.
     ///
@@ -630,7 +630,7 @@ pub trait FadingObject: LayeredObject {
     }
 }
 
-impl<O: LayeredObject> FadingObject for O {}
+impl<O: LayeredObject> DecayingObject for O {}
 
 /// Adds the layers of stamps to `states`, and says of the others which fade.
 pub(crate) fn add_stamp_states(object: &impl LayeredObject, states: &mut Vec<LayerState>) {

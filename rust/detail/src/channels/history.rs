@@ -83,7 +83,7 @@ pub trait Recorded {
     ///
     /// # Errors
     /// Objects with layers fail as [`LayeredObject::settle`](crate::LayeredObject::settle) and
-    /// [`FadingObject::stamp`](crate::FadingObject::stamp) do.
+    /// [`DecayingObject::stamp`](crate::DecayingObject::stamp) do.
     fn states(&mut self, context: &Context) -> Result<LayerStates>;
 
     /// Gives it the layers `heads`, unless they stay, and then `blocks`; all others stay. Budgets do not count: what is

@@ -14,7 +14,7 @@ use relievo_tiles::{
 };
 
 use crate::channels::fading::{
-    FadingObject, add_stamp_states, find_stamps, name_expendable, put_stamps, stamp_numbers,
+    DecayingObject, add_stamp_states, find_stamps, name_expendable, put_stamps, stamp_numbers,
 };
 use crate::channels::history::{BlockState, LayerState, LayerStates, Recorded};
 use crate::channels::layer_channel::{BlockChannel, LayerChannel};
@@ -40,7 +40,7 @@ pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: La
     pub(crate) colors: Option<Colors<C, W>>,
     /// How the object's own displacement and colours, the lowest layers, fade, and the bytes that stamps may occupy.
     pub(crate) decay: Option<(DecayOptions, u64)>,
-    /// Tiles or faces that were lost, and ones that got no stamps, since [`FadingObject`] was asked last.
+    /// Tiles or faces that were lost, and ones that got no stamps, since [`DecayingObject`] was asked last.
     pub(crate) lost: u64,
     pub(crate) unstamped: u64,
     /// When edits are made now, in seconds.

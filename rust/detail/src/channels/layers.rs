@@ -13,7 +13,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::{Blend, Head, PageStore, Settings};
 use relievo_tiles::{Blocks, Sheet, StoredTexel};
 
-use crate::channels::fading::Faded;
+use crate::channels::fading::LayerDecayState;
 use crate::channels::history::LayerState;
 use crate::channels::layer_channel::{BlockChannel, FAINTEST, LayerChannel};
 
@@ -26,7 +26,7 @@ pub struct Layer<C: LayerChannel> {
     /// `None` where its texels are those of the composite.
     channel: Option<C>,
     /// Its decay, if its edits fade.
-    decay: Option<Faded<C>>,
+    decay: Option<LayerDecayState<C>>,
 }
 
 impl<C: LayerChannel> Layer<C> {
@@ -138,12 +138,12 @@ impl<C: LayerChannel> Stack<C> {
     }
 
     /// Lists the number, the decay and the texels of each layer.
-    pub(crate) fn decays(&self) -> impl Iterator<Item = (u32, Option<&Faded<C>>, &C)> {
+    pub(crate) fn decays(&self) -> impl Iterator<Item = (u32, Option<&LayerDecayState<C>>, &C)> {
         self.layers.iter().zip(self.channels()).map(|(layer, channel)| (layer.id, layer.decay.as_ref(), channel))
     }
 
     /// As [`Self::decays`], for writing.
-    pub(crate) fn decays_mut(&mut self) -> impl Iterator<Item = (u32, &mut Option<Faded<C>>, &mut C)> {
+    pub(crate) fn decays_mut(&mut self) -> impl Iterator<Item = (u32, &mut Option<LayerDecayState<C>>, &mut C)> {
         // One layer at most has the texels of the composite.
         let mut composite = Some(&mut self.composite);
         self.layers.iter_mut().filter_map(move |layer| {

@@ -58,7 +58,7 @@ impl Window {
 
 /// What moves the places of a window, or asks for as much to be known of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Moved {
+pub(crate) enum PlaceShift {
     /// Nothing: points are enough.
     Still,
     /// Heights along the normals.

@@ -5,10 +5,10 @@ use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Progress, Result};
 
 use crate::device::{Batch, DeviceRow, MAX_JOBS};
-use crate::imprint::{Imprinted, Imprinter};
 use crate::imprint::collider::Collider;
 use crate::imprint::motion::Motion;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
+use crate::imprint::{Imprinted, Imprinter};
 use crate::object::DisplacedObject;
 
 /// One of several imprints that are made in a row.

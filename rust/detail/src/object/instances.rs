@@ -3,7 +3,7 @@
 //! would compile layers, fading and undo of all channels once more.
 
 use crate::{
-    Canvas, DisplacedObject, FadingObject, History, LayeredObject, OpenStroke, Recorded, Stroke, TriangleObject,
+    Canvas, DecayingObject, DisplacedObject, History, LayeredObject, OpenStroke, Recorded, Stroke, TriangleObject,
 };
 
 /// Functions that are there for objects of one kind.
@@ -24,11 +24,11 @@ fn of_objects<O: LayeredObject>() -> Vec<*const ()> {
         O::take_up as *const (),
         <O as Recorded>::states as *const (),
         <O as Recorded>::restore as *const (),
-        <O as FadingObject>::set_decay as *const (),
-        <O as FadingObject>::set_layer_decay as *const (),
-        <O as FadingObject>::stamp as *const (),
-        <O as FadingObject>::advance as *const (),
-        <O as FadingObject>::take_as_stamped as *const (),
+        <O as DecayingObject>::set_decay as *const (),
+        <O as DecayingObject>::set_layer_decay as *const (),
+        <O as DecayingObject>::stamp as *const (),
+        <O as DecayingObject>::advance as *const (),
+        <O as DecayingObject>::take_as_stamped as *const (),
         History::begin::<O> as *const (),
         History::end::<O> as *const (),
         History::abandon::<O> as *const (),

@@ -7,7 +7,7 @@ use relievo_core::{Context, Result};
 
 use crate::channels::frame::Vectors;
 use crate::channels::knots::PerKnot;
-use crate::channels::window::{Moved, Window};
+use crate::channels::window::{PlaceShift, Window};
 use crate::imprint::culled;
 use crate::object::DisplacedObject;
 use crate::paint::dab::Kind;
@@ -64,7 +64,7 @@ impl Dab {
         let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
             ground.heights(simd, window, heights);
             ground.vector_coefficients(window, vectors);
-            Moved::Vectors
+            PlaceShift::Vectors
         };
         let bending = Bending::new(simd, mode, height, &self.brush, &object.transform);
         let surface = &object.surface;

@@ -14,7 +14,7 @@ use relievo_tiles::{Applied, Candidate, Channel, Displaced, Field, Points, Sets,
 
 use crate::channels::frame::{Frames, STILL, Vectors};
 use crate::channels::knots::{BLOCK_KNOTS, KnotBlock, PerKnot, block_edge};
-use crate::channels::window::{Moved, Window};
+use crate::channels::window::{PlaceShift, Window};
 use crate::imprint::culled::CulledTile;
 use crate::paint::report::DabReport;
 use crate::paint::spot::Spot;
@@ -127,7 +127,7 @@ pub(crate) fn evaluate<T: Texel>(
     field: &Field<T>,
     culled: &[CulledTile],
     brush: &BrushParameters,
-    ground: impl Fn(&Window, &mut PerKnot, &mut Vectors) -> Moved + Sync,
+    ground: impl Fn(&Window, &mut PerKnot, &mut Vectors) -> PlaceShift + Sync,
     change: impl Fn(&mut Site<'_, T>, &mut [T]) + Sync,
 ) -> Vec<TileEdit<T>> {
     let mut stage = context.stats().begin("dab.evaluate");
@@ -151,17 +151,17 @@ pub(crate) fn evaluate<T: Texel>(
             let window = Window::new(*tile, field.size(*tile), block.index);
             site.window = window;
             let moved = ground(&window, &mut site.heights, &mut site.vectors);
-            if moved == Moved::Vectors || T::FRAMED {
+            if moved == PlaceShift::Vectors || T::FRAMED {
                 site.places.evaluate_framed(level, surface, (*tile, window.size(), block.index), &mut site.frames);
-            } else if moved == Moved::Heights {
+            } else if moved == PlaceShift::Heights {
                 site.places.evaluate(level, surface, *tile, window.size(), block.index);
             } else {
                 site.places.evaluate_points(level, surface, (*tile, window.size(), block.index));
             }
-            if moved == Moved::Vectors {
+            if moved == PlaceShift::Vectors {
                 site.places.shift(level, &site.frames, &site.vectors);
             }
-            if moved == Moved::Still && !T::FRAMED {
+            if moved == PlaceShift::Still && !T::FRAMED {
                 site.weights.evaluate_points(level, brush, &site.places);
             } else {
                 site.weights.evaluate(level, brush, &site.places, &site.heights);

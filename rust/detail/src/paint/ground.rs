@@ -13,7 +13,7 @@ use relievo_tiles::{Displaced, Field, Vector};
 
 use crate::channels::frame::{STILL, Vectors};
 use crate::channels::knots::PerKnot;
-use crate::channels::window::{Moved, Window};
+use crate::channels::window::{PlaceShift, Window};
 use crate::paint::vector::VectorTexel;
 
 thread_local! {
@@ -36,12 +36,12 @@ impl<'a> Ground<'a> {
     }
 
     /// What moves the texels of a window of any channel.
-    pub fn at_texels(&self, level: Level, window: &Window, heights: &mut PerKnot, vectors: &mut Vectors) -> Moved {
+    pub fn at_texels(&self, level: Level, window: &Window, heights: &mut PerKnot, vectors: &mut Vectors) -> PlaceShift {
         let raised = self.heights(level, window, heights);
         match self.vectors(level, window, vectors) {
-            true => Moved::Vectors,
-            false if raised => Moved::Heights,
-            false => Moved::Still,
+            true => PlaceShift::Vectors,
+            false if raised => PlaceShift::Heights,
+            false => PlaceShift::Still,
         }
     }
 
@@ -53,9 +53,9 @@ impl<'a> Ground<'a> {
         window: &Window,
         heights: &mut PerKnot,
         vectors: &mut Vectors,
-    ) -> Moved {
+    ) -> PlaceShift {
         self.height_coefficients(window, heights);
-        if self.vectors(level, window, vectors) { Moved::Vectors } else { Moved::Heights }
+        if self.vectors(level, window, vectors) { PlaceShift::Vectors } else { PlaceShift::Heights }
     }
 
     /// The scalar displacement at the texels of a window; false, with zeros written, if the tile has none.

@@ -15,10 +15,10 @@ use crate::device::{
     DeviceMeshes, DeviceRow, ImprintJob, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget,
 };
 use crate::geometry::grid::Grid;
+use crate::imprint::Imprinter;
 use crate::imprint::collider::Collider;
 use crate::imprint::dents::key;
 use crate::imprint::settings::{ImprintSettings, Report};
-use crate::imprint::Imprinter;
 
 impl Imprinter {
     /// Culls, voxelises and casts rays on the object's device; `None` if the processor is to do it.

@@ -15,7 +15,7 @@ use relievo_tiles::triangle::{
 use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, StoredTexel, Texel, Trace, Vector, by_format};
 
 use super::device::TriangleDevice;
-use crate::channels::fading::FadingObject;
+use crate::channels::fading::DecayingObject;
 use crate::channels::layered::{LayeredObject, Layers, LayersOf, Stored};
 use crate::channels::layers::Stack;
 use crate::geometry::hierarchy::{Bounds, Hierarchy, Region};

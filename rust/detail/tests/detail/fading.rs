@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec4};
 use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_detail::{
-    Action, Brush, Dab, DabReport, DisplacedObject, FadingObject, Falloff, History, LayeredObject, PaintMode, Recorded,
-    SculptMode, TriangleObject,
+    Action, Brush, Dab, DabReport, DecayingObject, DisplacedObject, Falloff, History, LayeredObject, PaintMode,
+    Recorded, SculptMode, TriangleObject,
 };
 use relievo_document::{Document, Kind, PageFile, Settings};
 use relievo_surface::{Surface, SurfaceOptions, TriangleSurface};

@@ -6,7 +6,7 @@ use std::fmt::Debug;
 use glam::{DAffine3, DVec3, Vec4};
 use relievo_core::{Context, Mesh};
 use relievo_detail::{
-    Action, Canvas, DisplacedObject, FadingObject, Falloff, History, LayeredObject, PaintMode, Recorded, Stroke,
+    Action, Canvas, DecayingObject, DisplacedObject, Falloff, History, LayeredObject, PaintMode, Recorded, Stroke,
     StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_document::{Blend, Document, Kind, Settings};

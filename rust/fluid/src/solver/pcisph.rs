@@ -29,8 +29,8 @@ pub struct Correction<'a> {
     pub step: f32,
     /// The density up to which a particle may be when the step ends, and the share that may stay of what it has more than
     /// that when it begins.
-    pub dense: f32,
-    pub kept: f32,
+    pub begun_limit: f32,
+    pub allowed_share: f32,
 }
 
 /// How much denser than at rest a fluid is, as a share of that.
@@ -47,7 +47,7 @@ pub struct Excess {
 pub fn predict(context: &Context, correction: &Correction, places: Rows, predicted: &mut [Vec4]) {
     let mut parts: Vec<_> = predicted.chunks_mut(CHUNK_LEN).collect();
     context.for_each_mut(&mut parts, |part, predicted| {
-        push_part(context.level(), correction, places, part, predicted);
+        pressure_part(context.level(), correction, places, part, predicted);
         let numbers = part * CHUNK_LEN..;
         for (predicted, number) in predicted.iter_mut().zip(numbers) {
             let (place, before) = (places.fluid[number], correction.velocities[number].w);
@@ -57,9 +57,11 @@ pub fn predict(context: &Context, correction: &Correction, places: Rows, predict
 }
 
 /// Velocities after the pressures that particles have, the fourth numbers of `places`, and of these velocities too.
-pub fn push(context: &Context, correction: &Correction, places: Rows, pushed: &mut [Vec4]) {
-    let mut parts: Vec<_> = pushed.chunks_mut(CHUNK_LEN).collect();
-    context.for_each_mut(&mut parts, |part, pushed| push_part(context.level(), correction, places, part, pushed));
+pub fn pressure_velocities(context: &Context, correction: &Correction, places: Rows, velocities: &mut [Vec4]) {
+    let mut parts: Vec<_> = velocities.chunks_mut(CHUNK_LEN).collect();
+    context.for_each_mut(&mut parts, |part, velocities| {
+        pressure_part(context.level(), correction, places, part, velocities)
+    });
 }
 
 /// Corrects pressures by the densities at predicted places, and returns how much too high these are, beyond rest and beyond
@@ -102,10 +104,10 @@ impl Excess {
 }
 
 #[inline(always)]
-fn push_body<A: Lanes>(v: A, correction: &Correction, places: Rows, part: usize, pushed: &mut [Vec4]) {
+fn pressure_body<A: Lanes>(v: A, correction: &Correction, places: Rows, part: usize, velocities: &mut [Vec4]) {
     let Constants { mass, density, .. } = correction.constants;
     let [near, walls] = [&correction.near.parts()[part], &correction.walls.parts()[part]];
-    for (particle, pushed) in pushed.iter_mut().enumerate() {
+    for (particle, velocities) in velocities.iter_mut().enumerate() {
         let number = part * CHUNK_LEN + particle;
         let own = places.fluid[number];
         let pressure = v.splat(own.w);
@@ -117,12 +119,12 @@ fn push_body<A: Lanes>(v: A, correction: &Correction, places: Rows, part: usize,
             back = back.plus(v, v.mul(v.load(&walls.slopes[at..]), mass), from);
         });
         let acceleration = (mass * push.sum(v) + own.w * back.sum(v)) / -(density * density);
-        *pushed = (correction.velocities[number] + correction.step * acceleration).with_w(own.w);
+        *velocities = (correction.velocities[number] + correction.step * acceleration).with_w(own.w);
     }
 }
 
 dispatch_simd! {
-    fn push_part = push_body(correction: &Correction, places: Rows<'_>, part: usize, pushed: &mut [Vec4])
+    fn pressure_part = pressure_body(correction: &Correction, places: Rows<'_>, part: usize, velocities: &mut [Vec4])
 }
 
 #[inline(always)]
@@ -150,7 +152,7 @@ fn correct_body<A: Lanes>(
         });
         let here = kernels.density * mass * (1.0 + v.sum(sum)) + wall * v.sum(beside);
         let found = &correction.found[number];
-        let kept = correction.kept * (found.density - correction.dense).max(0.0);
+        let kept = correction.allowed_share * (found.density - correction.begun_limit).max(0.0);
         let over = here - density - kept;
         place.w = (place.w + stiffness / found.diagonal.max(diagonal) * over).max(0.0);
         for (excess, over) in excess.iter_mut().zip([here - density, over]) {

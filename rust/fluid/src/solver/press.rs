@@ -7,7 +7,7 @@ use crate::PressureSolver;
 use crate::boundary::sweep::Step;
 use crate::solver::dfsph::slow;
 use crate::solver::pairs::Rows;
-use crate::solver::pcisph::{Correction, correct, predict, push};
+use crate::solver::pcisph::{Correction, correct, predict, pressure_velocities};
 
 /// The share of a step's pressures that the next begins with (Ihmsen et al. 2014, Section 3): with all of them they lag
 /// behind, do work on what expands, and a fluid at rest boils.
@@ -40,8 +40,8 @@ impl Fluid {
             found: &self.found,
             velocities: &self.advected,
             step: seconds,
-            dense: (1.0 + self.options.excess.most) * self.constants.density,
-            kept,
+            begun_limit: (1.0 + self.options.excess.most) * self.constants.density,
+            allowed_share: kept,
         };
         places.iter_mut().for_each(|place| place.w *= CARRIED);
         self.predicted.clone_from(places);
@@ -77,8 +77,8 @@ impl Fluid {
             found: &self.found,
             velocities: &self.advected,
             step: seconds,
-            dense: self.constants.density,
-            kept: 0.0,
+            begun_limit: self.constants.density,
+            allowed_share: 0.0,
         };
         self.predicted.clone_from(places);
         self.predicted.iter_mut().zip(&self.advected).for_each(|(row, velocity)| row.w = velocity.w);
@@ -87,7 +87,7 @@ impl Fluid {
         let mut corrections = 0;
         loop {
             let pressed = Rows { fluid: &self.predicted, walls: &self.wall.places };
-            push(context, &correction, pressed, &mut self.slowed[..count]);
+            pressure_velocities(context, &correction, pressed, &mut self.slowed[..count]);
             self.domain.refresh(&mut self.slowed[..count])?;
             let moving = Rows { fluid: &self.slowed, walls: &self.wall.velocities };
             let places = Rows { fluid: places, walls: &self.wall.places };

@@ -152,8 +152,8 @@ fn run<const Q: usize>(
             let mut work = Decimation::with(context, &welded.points, &welded.triangles, 1.0 / scale, wedges)?;
             work.spend(|vertex| limits.spent(vertex) / scale);
             work.lock(&fixed);
-            work.weigh(&options.factors, |point| welded.numbers[point] as usize);
-            reduce(context, &mut work, triangles.len(), options.faces, limits.error() / scale, progress)?;
+            work.weigh(&options.vertex_weights, |point| welded.numbers[point] as usize);
+            reduce(context, &mut work, triangles.len(), options.target_triangles, limits.error() / scale, progress)?;
             Ok(finish(&work, (points, triangles), &sides, attributes.weights.len(), scale))
         };
         simplified_within(context, (&welded.points, &welded.triangles), options, progress, run)

@@ -87,12 +87,16 @@ fn plain(
 ) -> Result<(Mesh, f32)> {
     let welded = weld(&mesh.points, &mesh.triangles());
     let number = |point: &u32| welded.numbers[*point as usize];
-    let mut factors = vec![0.0f32; if options.factors.is_empty() { 0 } else { welded.points.len() }];
-    for (factor, number) in options.factors.iter().zip(&welded.numbers) {
+    let mut factors = vec![0.0f32; if options.vertex_weights.is_empty() { 0 } else { welded.points.len() }];
+    for (factor, number) in options.vertex_weights.iter().zip(&welded.numbers) {
         let known = &mut factors[*number as usize];
         *known = known.max(*factor);
     }
-    let options = SimplifyOptions { locked: options.locked.iter().map(number).collect(), factors, ..options.clone() };
+    let options = SimplifyOptions {
+        locked: options.locked.iter().map(number).collect(),
+        vertex_weights: factors,
+        ..options.clone()
+    };
     let mut made = simplify(context, &welded.points, &welded.triangles, &options, progress)?;
     made.triangles.retain(is_apart);
     Ok((Mesh::from_triangles(made.points, &made.triangles), made.error))
@@ -384,7 +388,12 @@ impl Split {
             is_locked[*point as usize] = true;
         }
         let locked = (0..).zip(&self.numbers).filter(|(_, point)| is_locked[**point as usize]);
-        let factors = self.numbers.iter().filter_map(|point| options.factors.get(*point as usize)).copied().collect();
-        SimplifyOptions { locked: locked.map(|(vertex, _)| vertex).collect(), factors, ..options.clone() }
+        let factors =
+            self.numbers.iter().filter_map(|point| options.vertex_weights.get(*point as usize)).copied().collect();
+        SimplifyOptions {
+            locked: locked.map(|(vertex, _)| vertex).collect(),
+            vertex_weights: factors,
+            ..options.clone()
+        }
     }
 }

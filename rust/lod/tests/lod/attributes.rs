@@ -30,7 +30,7 @@ impl Mapped {
 }
 
 fn to(faces: usize) -> SimplifyOptions {
-    SimplifyOptions { faces, ..SimplifyOptions::default() }
+    SimplifyOptions { target_triangles: faces, ..SimplifyOptions::default() }
 }
 
 /// A torus unrolled into a square of texture coordinates, cut open along a ring and a section.
@@ -116,7 +116,7 @@ fn values_that_are_linear_on_a_plane_stay_so() {
     let field = |[x, y, _]: [f32; 3]| [x, y, 1.0 - x, 0.5 * x + 0.25 * y, y - x];
     let values: Vec<f32> = points.iter().flat_map(|point| field(*point)).collect();
     let mapped = Mapped { mesh: (points, triangles), values, width: 5 };
-    let made = mapped.run(&Context::serial(), &[0.1; 5], &SimplifyOptions { error: 1e-5, ..to(0) });
+    let made = mapped.run(&Context::serial(), &[0.1; 5], &SimplifyOptions { max_error: 1e-5, ..to(0) });
     assert!(made.triangles.len() <= 60, "{}", made.triangles.len());
     for (point, values) in made.points.iter().zip(made.values.as_chunks::<5>().0) {
         for (value, expected) in values.iter().zip(field(*point)) {
@@ -172,7 +172,7 @@ fn cube(n: u32) -> Mapped {
 #[test]
 fn places_where_seams_meet_stay_with_all_their_values() {
     let cube = cube(24);
-    let made = cube.run(&Context::serial(), &[0.1; 2], &SimplifyOptions { error: 1e-4, ..to(0) });
+    let made = cube.run(&Context::serial(), &[0.1; 2], &SimplifyOptions { max_error: 1e-4, ..to(0) });
     assert!(made.triangles.len() <= 100, "{}", made.triangles.len());
     let closed = weld(&made.points, &made.triangles);
     assert!(edges(&closed.triangles).values().all(|count| *count == 2));
@@ -259,7 +259,7 @@ pub fn furnished_cube(n: u32) -> Mesh {
 #[test]
 fn attributes_of_a_mesh_stay_on_what_they_were_on() {
     let mesh = furnished_cube(16);
-    let options = SimplifyOptions { error: 1e-4, ..to(0) };
+    let options = SimplifyOptions { max_error: 1e-4, ..to(0) };
     let attributes = AttributeOptions { weights: vec![("height".into(), 0.01)], ..AttributeOptions::default() };
     let made = simplify_mesh(&Context::serial(), &mesh, &options, &attributes, &mut Silent).unwrap();
     assert_eq!(made.left_out, ["group"]);
@@ -330,7 +330,7 @@ fn more_triangles_are_left_where_factors_are_greater() {
     let (points, triangles) = torus(120, 60);
     let factors: Vec<f32> = points.iter().map(|[x, ..]| if *x > 0.0 { 100.0 } else { 1.0 }).collect();
     let count = |factors: Vec<f32>| {
-        let options = SimplifyOptions { factors, ..to(1400) };
+        let options = SimplifyOptions { vertex_weights: factors, ..to(1400) };
         let made = simplify(&Context::serial(), &points, &triangles, &options, &mut Silent).unwrap();
         made.triangles.iter().filter(|it| it.iter().all(|vertex| made.points[*vertex as usize][0] > 0.0)).count()
     };

@@ -118,7 +118,7 @@ fn a_bound_leaves_about_as_many_triangles_as_an_estimate_of_half_of_it() {
         simplify(&Context::serial(), &mesh.0, &mesh.1, &options, &mut Silent).unwrap().triangles.len()
     };
     let bounded = count(SimplifyOptions { bound: 0.01, ..Default::default() });
-    let estimated = count(SimplifyOptions { error: 0.005, ..Default::default() });
+    let estimated = count(SimplifyOptions { max_error: 0.005, ..Default::default() });
     assert!(bounded <= estimated * 5 / 4, "{bounded} {estimated}");
 }
 
@@ -136,7 +136,7 @@ fn bounds_hold_with_attributes_faces_and_threads() {
     assert!(apart(&mesh, &(made.points, made.triangles), 2000) <= f64::from(made.error));
     // Whichever limit is met first ends it.
     let plain = |options: &SimplifyOptions| simplify(&context, &mesh.0, &mesh.1, options, &mut Silent).unwrap();
-    let most = plain(&SimplifyOptions { faces: 3000, bound: 0.01, ..Default::default() });
+    let most = plain(&SimplifyOptions { target_triangles: 3000, bound: 0.01, ..Default::default() });
     assert!(most.triangles.len() >= 2999 && most.error <= 0.01, "{}", most.triangles.len());
     assert!(
         plain(&options).triangles.len() > plain(&SimplifyOptions { bound: 0.05, ..options.clone() }).triangles.len()
@@ -191,7 +191,7 @@ fn flat_parts_are_thinned_out_at_tight_bounds() {
 #[test]
 fn locked_borders_stay() {
     let mesh = lifted(24, |x, y| 0.1 * (5.0 * x * y).sin());
-    let options = SimplifyOptions { faces: 300, is_border_locked: true, ..Default::default() };
+    let options = SimplifyOptions { target_triangles: 300, is_border_locked: true, ..Default::default() };
     let made = simplify(&Context::serial(), &mesh.0, &mesh.1, &options, &mut Silent).unwrap();
     let border = |triangles: &[[u32; 3]], points: &[[f32; 3]]| {
         let edges = edges(triangles).into_iter().filter(|(_, count)| *count == 1);
@@ -253,7 +253,7 @@ fn the_bore_of_a_block_with_seams_is_not_torn() {
     for (around, outline, rows) in [(64, 48, 3), (96, 64, 2), (64, 40, 1), (160, 96, 1), (48, 30, 4)] {
         let block = bored_block(around, outline, rows);
         let faces = block.1.len() / 5;
-        let options = SimplifyOptions { faces, ..Default::default() };
+        let options = SimplifyOptions { target_triangles: faces, ..Default::default() };
         let made = simplify(&Context::serial(), &block.0, &block.1, &options, &mut Silent).unwrap();
         assert!(made.triangles.len() <= faces, "{around}: {}", made.triangles.len());
         let ours = measured(&block, &(made.points, made.triangles)).at_least;
@@ -280,7 +280,7 @@ fn the_largest_deviation_is_no_larger_than_meshoptimizers() {
     for name in names {
         let Some(mesh) = model(name) else { return };
         let faces = mesh.1.len() / 10;
-        let options = SimplifyOptions { faces, ..Default::default() };
+        let options = SimplifyOptions { target_triangles: faces, ..Default::default() };
         let made = simplify(&Context::serial(), &mesh.0, &mesh.1, &options, &mut Silent).unwrap();
         let ours = measured(&mesh, &(made.points, made.triangles)).at_least;
         let theirs = measured(&mesh, &theirs(&mesh, faces)).at_most;
@@ -300,7 +300,7 @@ fn windows_keep_their_corners() {
     for (n, windows, around, width, share) in [(24, 2, 32, 0.03, 10), (20, 3, 32, 0.02, 15)] {
         let plate = framed_windows(n, windows, around, width);
         let faces = plate.1.len() / share;
-        let options = SimplifyOptions { faces, ..Default::default() };
+        let options = SimplifyOptions { target_triangles: faces, ..Default::default() };
         let made = simplify(&Context::serial(), &plate.0, &plate.1, &options, &mut Silent).unwrap();
         assert!(made.triangles.len() <= faces && made.triangles.len() + 1 >= faces);
         let made = (made.points, made.triangles);

@@ -13,7 +13,7 @@ fn run((points, triangles): &Triangles, options: &SimplifyOptions) -> Simplified
 }
 
 fn to(faces: usize) -> SimplifyOptions {
-    SimplifyOptions { faces, ..SimplifyOptions::default() }
+    SimplifyOptions { target_triangles: faces, ..SimplifyOptions::default() }
 }
 
 fn volume(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
@@ -30,7 +30,7 @@ fn area(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
 #[test]
 fn a_plane_keeps_its_outline_with_few_triangles() {
     let plane = lifted(40, |x, y| 0.5 * x - 0.25 * y);
-    let made = run(&plane, &SimplifyOptions { error: 1e-5, ..to(0) });
+    let made = run(&plane, &SimplifyOptions { max_error: 1e-5, ..to(0) });
     assert!(made.triangles.len() <= 60, "{}", made.triangles.len());
     assert!((area(&made.points, &made.triangles) - area(&plane.0, &plane.1)).abs() < 1e-4);
     for [x, y, z] in made.points {
@@ -61,7 +61,7 @@ fn points_stay_on_a_torus_within_the_error_that_is_told() {
     let distance = |[x, y, z]: [f32; 3]| (((x * x + y * y).sqrt() - 1.0).hypot(z) - 0.4).abs();
     let mut last = f32::INFINITY;
     for error in [0.02, 0.005, 0.001] {
-        let made = run(&(points.clone(), triangles.clone()), &SimplifyOptions { error, ..to(0) });
+        let made = run(&(points.clone(), triangles.clone()), &SimplifyOptions { max_error: error, ..to(0) });
         let worst = made.points.iter().copied().map(distance).fold(0.0, f32::max);
         assert!(made.error <= error && worst <= 2.0 * error, "{error}: {} {worst}", made.error);
         assert!(made.triangles.len() < triangles.len() && worst <= last);
@@ -185,7 +185,7 @@ fn triangles_that_are_back_to_back_are_simplified_together() {
     let mixed = ([points, more].concat(), [both, torus.iter().map(|it| it.map(|it| it + first)).collect()].concat());
     let made = run(&mixed, &to(400));
     assert!((390..=400).contains(&made.triangles.len()), "{}", made.triangles.len());
-    let made = run(&mixed, &SimplifyOptions { error: 0.01, ..to(0) });
+    let made = run(&mixed, &SimplifyOptions { max_error: 0.01, ..to(0) });
     assert!(made.triangles.len() < mixed.1.len() / 2 && made.error <= 0.01, "{}", made.triangles.len());
 }
 
@@ -241,7 +241,7 @@ fn bad_input_is_refused() {
     broken[7][1] = f32::NAN;
     assert!(fails(&broken, &good.1, &to(0)).contains("point 7"));
     assert!(fails(&good.0, &[[0, 1, 48]], &to(0)).contains("triangle 0"));
-    assert!(fails(&good.0, &good.1, &SimplifyOptions { error: -1.0, ..to(0) }).contains("-1"));
+    assert!(fails(&good.0, &good.1, &SimplifyOptions { max_error: -1.0, ..to(0) }).contains("-1"));
     assert!(fails(&good.0, &good.1, &SimplifyOptions { locked: vec![48], ..to(0) }).contains("locked"));
     let context = Context::new(&ContextOptions { threads: 1, memory_limit: 1000 }).unwrap();
     let error = simplify(&context, &good.0, &good.1, &to(0), &mut Silent).unwrap_err();
@@ -308,8 +308,14 @@ fn progress_is_told_where_it_was_asked_for() {
         told += 1;
         true
     };
-    simplify(&context, &points, &triangles, &SimplifyOptions { faces: 500, ..Default::default() }, &mut progress)
-        .unwrap();
+    simplify(
+        &context,
+        &points,
+        &triangles,
+        &SimplifyOptions { target_triangles: 500, ..Default::default() },
+        &mut progress,
+    )
+    .unwrap();
     assert!(told > 3);
     let stop = simplify(&context, &points, &triangles, &SimplifyOptions::default(), &mut |_: f32, _: &str| false);
     assert_eq!(stop.unwrap_err().kind, ErrorKind::Cancelled);

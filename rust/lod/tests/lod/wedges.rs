@@ -109,7 +109,7 @@ fn the_base_has_the_attributes_of_a_simplification() {
     let (mesh, faces) = (painted_torus(60, 32), 300);
     let built = build(&mesh, faces);
     let (made, _) = level(&built, Cut::BASE).to_mesh();
-    let options = SimplifyOptions { faces, ..SimplifyOptions::default() };
+    let options = SimplifyOptions { target_triangles: faces, ..SimplifyOptions::default() };
     let attributes = AttributeOptions::default();
     let expected = simplify_mesh(&Context::serial(), &mesh, &options, &attributes, &mut Silent).unwrap().mesh;
     assert_eq!((made.face_count(), made.points.len()), (expected.face_count(), expected.points.len()));

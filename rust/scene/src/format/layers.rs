@@ -1,7 +1,7 @@
 //! `[[objects.NAME.layers]]` of a scene file: read, and made.
 
 use relievo_core::{Context, Result};
-use relievo_detail::{FadingObject, LayeredObject};
+use relievo_detail::{DecayingObject, LayeredObject};
 use relievo_document::{Blend, Kind, Settings};
 use relievo_tiles::DecayOptions;
 

@@ -13,7 +13,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_detail::overlap::overlap;
 use relievo_detail::tool::{foremost, pressed};
 use relievo_detail::{
-    Collider, Deformable, DisplacedObject, FadingObject, Grid, ImprintSettings, Imprinter, LayeredObject, Moment,
+    Collider, DecayingObject, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, LayeredObject, Moment,
     Motion, Obb, Pose, Report, StrokeReport,
 };
 

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Progress};
-use relievo_detail::{FadingObject, Volumes};
+use relievo_detail::{DecayingObject, Volumes};
 use relievo_gpu::Device;
 use relievo_meshio::StageWriter;
 

@@ -1,7 +1,7 @@
 //! The blocks of a surface, layer by layer, as caches keep them.
 
 use relievo_core::{Error, Result};
-use relievo_detail::{DisplacedObject, FadingObject, LayeredObject};
+use relievo_detail::{DecayingObject, DisplacedObject, LayeredObject};
 use relievo_document::Kind;
 
 use crate::run::cache::Layer;

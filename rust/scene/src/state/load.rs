@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, Vec3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_detail::{Collider, DisplacedObject, FadingObject, LayeredObject};
+use relievo_detail::{Collider, DecayingObject, DisplacedObject, LayeredObject};
 use relievo_document::PageFile;
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint, Traces, VectorDisplacement};

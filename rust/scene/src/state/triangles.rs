@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_detail::{FadingObject, LayeredObject, TriangleObject};
+use relievo_detail::{DecayingObject, LayeredObject, TriangleObject};
 use relievo_document::{Kind, PageFile};
 use relievo_render as render;
 use relievo_surface::TriangleSurface;

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::canvas::Canvas;
-use relievo_detail::{Action, Collider, DisplacedObject, FadingObject, LayeredObject, Stamp, TriangleObject};
+use relievo_detail::{Action, Collider, DecayingObject, DisplacedObject, LayeredObject, Stamp, TriangleObject};
 use relievo_gpu::Device;
 use relievo_surface::Surface;
 

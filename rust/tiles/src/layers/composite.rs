@@ -277,7 +277,7 @@ impl<T: Layered> Channel<T> {
         let blank = T::of_sum(blended_blank(sheets, background));
         let mut fresh = Self::sized(&self.field, &sizes, blank, self.budget())?;
         fresh.reshape(&sizes, &given)?;
-        fresh.revision = self.revision;
+        fresh.blocks.revision = self.blocks.revision;
         fresh.page_to(self.page_store().cloned())?;
         let mut tiles: Vec<u32> =
             sheets.iter().filter(|sheet| sheet.settings.visible).flat_map(|sheet| sheet.field.allocated()).collect();
@@ -291,14 +291,14 @@ impl<T: Layered> Channel<T> {
     /// Takes the place of `before`: what differs counts as changed.
     #[inline(never)]
     pub fn follow(&mut self, before: &Self) {
-        self.revision = self.revision.max(before.revision) + 1;
+        self.blocks.revision = self.blocks.revision.max(before.blocks.revision) + 1;
         let blank = !self.field.blank().same(before.field.blank());
         let (changed, listed) = (before.pending(), self.field.allocated().chain(before.field.allocated()));
         let mut tiles: Vec<u32> = changed.iter().copied().chain(listed).collect();
         if blank {
             tiles.extend(0..self.field.tile_count() as u32);
         }
-        let revision = self.revision;
+        let revision = self.blocks.revision;
         for tile in tiles {
             if let Some(entry) = self.field.entry_mut(tile) {
                 entry.version = revision;

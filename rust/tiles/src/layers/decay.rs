@@ -18,7 +18,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::{Document, Kind, Stamps};
 use relievo_gpu::Device;
 
-use crate::layers::fade::{Fader, Fading, words};
+use crate::layers::fade::{Fader, FadingBlock, words};
 use crate::quads::channel::{Channel, neighbours};
 use crate::quads::field::Field;
 use crate::quads::ring::Change;
@@ -85,7 +85,7 @@ pub struct Decay<T> {
 
 /// What a fade did.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Faded {
+pub struct FadeReport {
     /// Tiles of which texels changed, ascending.
     pub changed: Vec<u32>,
     /// Tiles that were given back, ascending.
@@ -238,7 +238,7 @@ impl<T: Texel> Decay<T> {
     /// # Panics
     /// If the channel is that of another surface.
     #[inline(never)]
-    pub fn fade(&mut self, context: &Context, channel: &mut Channel<T>, time: f64) -> Result<Faded> {
+    pub fn fade(&mut self, context: &Context, channel: &mut Channel<T>, time: f64) -> Result<FadeReport> {
         let gone: Vec<u32> = self.pages.used().filter(|tile| !channel.field().is_allocated(*tile)).collect();
         self.remove(&gone);
         let done = self.chosen(context, channel, |stamps| {
@@ -252,7 +252,7 @@ impl<T: Texel> Decay<T> {
         around.sort_unstable();
         around.dedup();
         let freed = channel.reclaim(context, &around)?;
-        Ok(Faded { changed, freed })
+        Ok(FadeReport { changed, freed })
     }
 
     /// The tiles with stamps for which `wanted` holds; those whose blocks have another size have none.
@@ -319,9 +319,9 @@ impl<T: Texel> Decay<T> {
         }
         let block = |tile: &u32| {
             let entry = self.pages.entry(*tile)?;
-            Some(Fading { block: *tile, words: entry.texels.clone(), texels: entry.id.class.texels() })
+            Some(FadingBlock { block: *tile, words: entry.texels.clone(), texels: entry.id.class.texels() })
         };
-        let blocks: Vec<Fading> = fading.iter().filter_map(block).collect();
+        let blocks: Vec<FadingBlock> = fading.iter().filter_map(block).collect();
         let (fader, options) = (&mut self.fader, self.options);
         context.stats().time("decay.device", || fader.evaluate(&blocks, blank, options, time))
     }

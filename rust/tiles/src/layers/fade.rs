@@ -17,7 +17,7 @@ use crate::texel::Texel;
 
 /// A block that fades: its number, the words of its texels and then its stamps, and how many texels those are.
 #[derive(Clone, Debug)]
-pub(crate) struct Fading {
+pub(crate) struct FadingBlock {
     pub block: u32,
     pub words: Arc<[u32]>,
     pub texels: usize,
@@ -75,7 +75,7 @@ impl DeviceFade {
     /// not know such texels.
     pub fn evaluate<T: Texel>(
         &mut self,
-        blocks: &[Fading],
+        blocks: &[FadingBlock],
         blank: T,
         options: DecayOptions,
         time: f64,
@@ -86,12 +86,12 @@ impl DeviceFade {
         let DecayOptions { delay, duration } = options;
         let rest = (time - f64::from(high)) as f32;
         let work = Fade { time: high, rest, delay, duration, blank, format, padding: [0; 3] };
-        let words = |block: &Fading| (block.texels * size_of::<T>()).div_ceil(4);
+        let words = |block: &FadingBlock| (block.texels * size_of::<T>()).div_ceil(4);
         let mut left = BTreeMap::new();
         let mut rest = blocks;
         while !rest.is_empty() {
             let mut sum = 0;
-            let fits = |block: &&Fading| {
+            let fits = |block: &&FadingBlock| {
                 sum += words(block);
                 sum <= MAX_WORDS
             };
@@ -131,7 +131,7 @@ impl DeviceFade {
     }
 
     /// Makes the device have `blocks` and no others.
-    fn take(&mut self, blocks: &[Fading]) -> Result<()> {
+    fn take(&mut self, blocks: &[FadingBlock]) -> Result<()> {
         let wanted: BTreeSet<u32> = blocks.iter().map(|block| block.block).collect();
         let sizes: BTreeMap<u32, usize> = blocks.iter().map(|block| (block.block, block.words.len())).collect();
         let free = &mut self.free;
@@ -210,7 +210,7 @@ impl Fader {
     /// As [`DeviceFade::evaluate`]; nothing where the processor is to.
     pub fn evaluate<T: Texel>(
         &mut self,
-        blocks: &[Fading],
+        blocks: &[FadingBlock],
         blank: T,
         options: DecayOptions,
         time: f64,

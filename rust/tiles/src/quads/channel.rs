@@ -11,14 +11,14 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use half::f16;
-use relievo_core::{Context, Error, Result, Retired};
+use relievo_core::{ArcPool, Context, Error, Result};
 use relievo_surface::{Link, TileTopology};
 
 use crate::quads::field::{Entry, Field, Line};
 use crate::quads::mip::Rect;
 use crate::quads::ring::{self, Change, Plan, View, Writes, WritesAt};
 use crate::store::heap::{BlockId, CLASS_COUNT, Heap, MIN_SIZE, SizeClass};
-use crate::store::paging::{Paged, Paging};
+use crate::store::paging::{BlockStore, Paged};
 use crate::store::sets::Sets;
 use crate::store::slot::Slot;
 use crate::texel::Texel;
@@ -44,22 +44,19 @@ impl Default for ChannelOptions {
 #[derive(Debug)]
 pub struct Channel<T> {
     pub(crate) field: Field<T>,
-    pub(crate) heap: Heap,
-    pub(crate) paging: Paging,
+    pub(crate) blocks: BlockStore,
     /// A blank block of each class, shared by tiles that were allocated and not yet written.
     blanks: [Option<[Arc<[T]>; 2]>; CLASS_COUNT],
     /// Tiles whose mips, or those of their neighbours, are not up to date, and what of them changed, if something did.
     pub(crate) pending: Vec<(u32, Option<Rect>)>,
-    pub(crate) revision: u64,
     /// Tiles changed since the last commit, and a bit for each tile that is listed.
     changed: Vec<u32>,
     listed: Vec<u64>,
     pub(crate) full_bytes: u64,
     /// Tiles that may be lost where the budget refuses others, the last first, and their versions when they were named.
     expendable: Vec<(u32, u64)>,
-    lost: Vec<u32>,
     /// The last commits, for the next one where nobody looks at one any more.
-    snapshots: Retired<Snapshot<T>>,
+    snapshots: ArcPool<Snapshot<T>>,
     room: Room,
 }
 
@@ -77,17 +74,14 @@ impl<T: Texel> Clone for Channel<T> {
     fn clone(&self) -> Self {
         let mut copy = Self {
             field: self.field.clone(),
-            heap: self.heap.clone(),
-            paging: self.paging.clone(),
+            blocks: self.blocks.clone(),
             blanks: self.blanks.clone(),
             pending: self.pending.clone(),
-            revision: self.revision,
             changed: self.changed.clone(),
             listed: self.listed.clone(),
             full_bytes: self.full_bytes,
             expendable: self.expendable.clone(),
-            lost: self.lost.clone(),
-            snapshots: Retired::default(),
+            snapshots: ArcPool::default(),
             room: Room::default(),
         };
         copy.fork();
@@ -204,17 +198,14 @@ impl<T: Texel> Channel<T> {
         let listed = vec![0; topology.tile_count().div_ceil(64)];
         Ok(Self {
             field: Field::new(topology, classes, blank),
-            heap,
-            paging: Paging::default(),
+            blocks: BlockStore::new(heap),
             blanks: Default::default(),
             pending: Vec::new(),
-            revision: 0,
             changed: Vec::new(),
             listed,
             full_bytes,
             expendable: Vec::new(),
-            lost: Vec::new(),
-            snapshots: Retired::default(),
+            snapshots: ArcPool::default(),
             room: Room::default(),
         })
     }
@@ -226,18 +217,18 @@ impl<T: Texel> Channel<T> {
 
     /// The number of the last edit.
     pub fn revision(&self) -> u64 {
-        self.revision
+        self.blocks.revision
     }
 
     /// Number of allocated tiles.
     pub fn allocated_count(&self) -> usize {
-        self.heap.total() + self.paging.count
+        self.blocks.heap.total() + self.blocks.paging.count
     }
 
     /// Bytes of the allocated blocks, with the mips that colours have: see [`Field::tile_bytes`]. Blocks on pages count
     /// nothing.
     pub fn bytes(&self) -> u64 {
-        self.heap.bytes()
+        self.blocks.heap.bytes()
     }
 
     /// Bytes if every tile were allocated, those of holes left out.
@@ -247,12 +238,12 @@ impl<T: Texel> Channel<T> {
 
     /// Bytes that blocks may occupy.
     pub fn budget(&self) -> u64 {
-        self.heap.budget()
+        self.blocks.heap.budget()
     }
 
     /// Changes the budget. Allocated blocks stay, even beyond it, unless they page: see [`Self::page_to`].
     pub fn set_budget(&mut self, budget: u64) {
-        self.heap.set_budget(budget);
+        self.blocks.heap.set_budget(budget);
         self.trim();
     }
 
@@ -265,10 +256,7 @@ impl<T: Texel> Channel<T> {
 
     /// The tiles that were lost since this was called last, ascending.
     pub fn take_lost(&mut self) -> Vec<u32> {
-        let mut lost = std::mem::take(&mut self.lost);
-        lost.sort_unstable();
-        lost.dedup();
-        lost
+        self.blocks.take_lost()
     }
 
     /// Makes `tiles` blank and gives their blocks back, whatever neighbours have at their borders. They count as lost.
@@ -279,7 +267,7 @@ impl<T: Texel> Channel<T> {
     #[inline(never)]
     pub fn lose_tiles(&mut self, context: &Context, tiles: &[u32]) -> Result<()> {
         let applied = self.apply(&Sets { deallocate: tiles.to_vec(), ..Sets::default() })?;
-        self.lost.extend(applied.changes.iter().map(|change| change.tile));
+        self.blocks.lost.extend(applied.changes.iter().map(|change| change.tile));
         self.update_rings(context, &applied.changes)?;
         Ok(())
     }
@@ -303,8 +291,8 @@ impl<T: Texel> Channel<T> {
         let mut used: Vec<u32> = sets.allocate.iter().chain(&sets.modify).copied().collect();
         used.sort_unstable();
         self.expendable.retain(|(tile, _)| used.binary_search(tile).is_err());
-        let needed: u64 = wanted.iter().map(|tile| self.heap.bytes_of(self.field.class(*tile))).sum();
-        while self.heap.bytes().saturating_add(needed) > self.heap.budget()
+        let needed: u64 = wanted.iter().map(|tile| self.blocks.heap.bytes_of(self.field.class(*tile))).sum();
+        while self.blocks.heap.bytes().saturating_add(needed) > self.blocks.heap.budget()
             && let Some((tile, version)) = self.expendable.pop()
         {
             // What is on a page takes no room.
@@ -313,11 +301,11 @@ impl<T: Texel> Channel<T> {
                 continue;
             }
             if let Some(block) = self.take_block(tile) {
-                self.heap.free(&[block]);
+                self.blocks.heap.free(&[block]);
                 applied.changes.push(Change::all(tile));
                 self.mark(tile);
                 self.touch(tile, None);
-                self.lost.push(tile);
+                self.blocks.lost.push(tile);
             }
         }
     }
@@ -347,7 +335,7 @@ impl<T: Texel> Channel<T> {
             self.check(*tile)?;
         }
         self.report_fault()?;
-        self.check_pages(sets.allocate.iter().chain(&sets.modify).copied())?;
+        self.check_readable(sets.allocate.iter().chain(&sets.modify).copied())?;
         self.begin();
         let mut room = std::mem::take(&mut self.room);
         let Room { freed, wanted, classes, granted } = &mut room;
@@ -360,7 +348,7 @@ impl<T: Texel> Channel<T> {
                 self.touch(*tile, None);
             }
         }
-        self.heap.free(freed);
+        self.blocks.heap.free(freed);
         wanted.clear();
         wanted.extend(sets.allocate.iter().copied().filter(|tile| !self.field.is_allocated(*tile)));
         wanted.sort_unstable();
@@ -369,7 +357,7 @@ impl<T: Texel> Channel<T> {
         self.lose(sets, wanted, applied);
         classes.clear();
         classes.extend(wanted.iter().map(|tile| self.field.class(*tile)));
-        self.heap.allocate_into(classes, granted);
+        self.blocks.heap.allocate_into(classes, granted);
         for (tile, block) in wanted.iter().copied().zip(granted.iter().copied()) {
             let Some(id) = block else {
                 applied.refused.push(tile);
@@ -381,7 +369,7 @@ impl<T: Texel> Channel<T> {
                 [id.class.texels(), mips].map(|count| vec![texel; count].into())
             });
             let (texels, mips) = (Slot::Here(texels.clone()), Slot::Here(mips.clone()));
-            let entry = Entry { texels, mips, id, version: self.revision };
+            let entry = Entry { texels, mips, id, version: self.blocks.revision };
             *self.field.entry_mut(tile) = Some(entry);
             self.touch(tile, None);
             applied.changes.push(Change::all(tile));
@@ -419,7 +407,7 @@ impl<T: Texel> Channel<T> {
         if let Some(pair) = order.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(Error::invalid("it is listed twice").at(format!("tile {}", pair[0])));
         }
-        self.check_pages(order.iter().copied())?;
+        self.check_readable(order.iter().copied())?;
         let field = &self.field;
         let mut edited = scratch.list::<Option<Edited<T>>>();
         context.map_into(order.len(), &mut edited, |index| {
@@ -464,7 +452,7 @@ impl<T: Texel> Channel<T> {
         if let Some(pair) = blocks.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
             return Err(Error::invalid("it is not after the one before").at(place(pair[1].0)));
         }
-        self.check_pages(blocks.iter().map(|(tile, _)| *tile))?;
+        self.check_readable(blocks.iter().map(|(tile, _)| *tile))?;
         for (tile, texels) in &blocks {
             self.check(*tile)?;
             let Some(old) = self.field.block(*tile) else {
@@ -614,7 +602,7 @@ impl<T: Texel> Channel<T> {
             made.field.copy_from(&self.field);
             made.changed.clear();
             std::mem::swap(&mut made.changed, &mut self.changed);
-            (made.revision, made.bytes, made.is_spent) = (self.revision, self.heap.bytes(), false);
+            (made.revision, made.bytes, made.is_spent) = (self.blocks.revision, self.blocks.heap.bytes(), false);
         }
         self.snapshots.watch(&snapshot);
         snapshot
@@ -656,7 +644,7 @@ impl<T: Texel> Channel<T> {
         }
         let fits = if self.is_paged(tile) {
             self.begin();
-            self.make_room(self.heap.bytes_of(class), &[])
+            self.make_room(self.blocks.heap.bytes_of(class), &[])
         } else {
             self.apply(&Sets { allocate: vec![tile], ..Sets::default() })?.refused.is_empty()
         };
@@ -673,15 +661,15 @@ impl<T: Texel> Channel<T> {
 
     /// Begins an edit. Blocks that only commits hold which nobody looks at any more are the channel's own again.
     pub(crate) fn begin(&mut self) {
-        self.revision += 1;
-        self.let_go();
+        self.blocks.revision += 1;
+        self.release_spent();
     }
 
     /// Has no blocks and pages any more that only such commits hold.
-    pub(crate) fn let_go(&mut self) {
+    pub(crate) fn release_spent(&mut self) {
         self.snapshots.for_each_free(|snapshot| {
             if !snapshot.is_spent {
-                snapshot.field.let_go();
+                snapshot.field.release();
                 snapshot.is_spent = true;
             }
         });
@@ -712,13 +700,13 @@ impl<T: Texel> Channel<T> {
     }
 
     fn replace(&mut self, tile: u32, texels: Arc<[T]>) {
-        let version = self.revision;
+        let version = self.blocks.revision;
         if let Some(entry) = self.field.entry(tile)
             && entry.texels.is_paged()
         {
             let mips = entry.mips.shared();
             let lost = mips.is_err().then(|| Arc::from(&*entry.mips));
-            self.place(tile, texels.clone(), mips.ok().or(lost.clone()).unwrap_or_default());
+            self.place(tile, [texels.clone(), mips.ok().or(lost.clone()).unwrap_or_default()]);
             if lost.is_some() {
                 self.touch_all(tile);
             }
@@ -736,7 +724,7 @@ impl<T: Texel> Channel<T> {
     /// Writes single texels: in place where no snapshot shares the block, else to a copy.
     #[inline(never)]
     fn write_texels(&mut self, context: &Context, writes: &Writes<T>) {
-        let version = self.revision;
+        let version = self.blocks.revision;
         let mut room = context.scratch().lend::<SharedRoom<T>>();
         let SharedRoom { shared, copies } = &mut *room;
         shared.clear();

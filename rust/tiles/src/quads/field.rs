@@ -15,7 +15,7 @@ use crate::quads::spline::{self, Jet};
 use crate::store::heap::{BlockId, SizeClass};
 use crate::store::pages::{CowBlocks, Page};
 use crate::store::slot::{Pager, Slot};
-use crate::store::spare::Spare;
+use crate::store::spare::BlockPool;
 use crate::texel::{Texel, Vector};
 
 /// The block of a tile and its mips.
@@ -45,7 +45,7 @@ pub struct Field<T = f16> {
     /// What blocks page to, if they do.
     pub(crate) pager: Option<Arc<Pager>>,
     /// Blocks that no field has any more.
-    pub(crate) spare: Arc<Spare<T, Page<Entry<T>>>>,
+    pub(crate) spare: Arc<BlockPool<T, Page<Entry<T>>>>,
 }
 
 impl<T> Drop for Field<T> {
@@ -53,14 +53,14 @@ impl<T> Drop for Field<T> {
     fn drop(&mut self) {
         // Not for a field that is the last one of its channel.
         if Arc::strong_count(&self.spare) > 1 {
-            self.let_go();
+            self.release();
         }
     }
 }
 
 impl<T> Field<T> {
     /// Has no blocks any more. Blocks that no other field has are spare.
-    pub(crate) fn let_go(&mut self) {
+    pub(crate) fn release(&mut self) {
         let spare = &self.spare;
         let block = |slot| {
             if let Slot::Here(texels) = slot {
@@ -68,7 +68,7 @@ impl<T> Field<T> {
             }
         };
         let entry = |entry: Entry<T>| [entry.texels, entry.mips].into_iter().for_each(block);
-        self.pages.let_go(entry, |page| spare.keep_page(page));
+        self.pages.release(entry, |page| spare.keep_page(page));
         self.pager = None;
     }
 }

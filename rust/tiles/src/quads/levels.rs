@@ -174,7 +174,7 @@ impl<T: Texel> Channel<T> {
         for tile in &tiles {
             let (own, class) = (self.field.class(*tile), sizes[*tile as usize]);
             if !topology.is_hole(*tile) {
-                self.full_bytes = self.full_bytes - self.heap.bytes_of(own) + self.heap.bytes_of(class);
+                self.full_bytes = self.full_bytes - self.blocks.heap.bytes_of(own) + self.blocks.heap.bytes_of(class);
             }
             self.field.set_class(*tile, class);
         }
@@ -208,12 +208,12 @@ impl<T: Texel> Channel<T> {
         }
         let allocated: Vec<(u32, SizeClass)> =
             sizes.iter().filter(|(tile, _)| self.field.is_allocated(**tile)).map(|(a, b)| (*a, *b)).collect();
-        self.check_pages(allocated.iter().map(|(tile, _)| *tile))?;
+        self.check_readable(allocated.iter().map(|(tile, _)| *tile))?;
         for (tile, _) in &allocated {
             self.bring_back(*tile)?;
         }
         let old: u64 = allocated.iter().map(|(tile, _)| self.field.tile_bytes(*tile)).sum();
-        let new: u64 = allocated.iter().map(|(_, class)| self.heap.bytes_of(*class)).sum();
+        let new: u64 = allocated.iter().map(|(_, class)| self.blocks.heap.bytes_of(*class)).sum();
         let keep: Vec<u32> = allocated.iter().map(|(tile, _)| *tile).collect();
         if new > old && !self.make_room(new - old, &keep) {
             self.trim();
@@ -233,23 +233,23 @@ impl<T: Texel> Channel<T> {
             }
         });
         let freed: Vec<_> = allocated.iter().filter_map(|(tile, _)| self.take_block(*tile)).collect();
-        self.heap.free(&freed);
+        self.blocks.heap.free(&freed);
         for (tile, class) in &sizes {
             let own = self.field.class(*tile);
-            self.full_bytes = self.full_bytes - self.heap.bytes_of(own) + self.heap.bytes_of(*class);
+            self.full_bytes = self.full_bytes - self.blocks.heap.bytes_of(own) + self.blocks.heap.bytes_of(*class);
             self.field.set_class(*tile, *class);
         }
         self.field.compare();
         let classes: Vec<SizeClass> = allocated.iter().map(|(_, class)| *class).collect();
         // Blocks beyond a budget that was lowered may stay, and so may coarser ones in their place.
-        let budget = self.heap.budget();
-        self.heap.set_budget(u64::MAX);
-        let ids = self.heap.allocate(&classes);
-        self.heap.set_budget(budget);
+        let budget = self.blocks.heap.budget();
+        self.blocks.heap.set_budget(u64::MAX);
+        let ids = self.blocks.heap.allocate(&classes);
+        self.blocks.heap.set_budget(budget);
         for (((tile, class), texels), id) in allocated.iter().zip(blocks).zip(ids) {
             let mips: Arc<[T]> = vec![self.field.blank(); if T::MIPS { class.mip_texels() } else { 0 }].into();
             let (texels, mips) = (Slot::Here(texels), Slot::Here(mips));
-            *self.field.entry_mut(*tile) = id.map(|id| Entry { texels, mips, id, version: self.revision });
+            *self.field.entry_mut(*tile) = id.map(|id| Entry { texels, mips, id, version: self.blocks.revision });
             self.mark(*tile);
             self.touch_all(*tile);
         }

@@ -16,6 +16,7 @@ use crate::quads::channel::Channel;
 use crate::quads::field::Entry;
 use crate::quads::ring::{self, Change, Plan, View, Writes};
 use crate::store::heap::{MAX_SIZE, SizeClass};
+use crate::store::paging::Paged;
 use crate::store::slot::Slot;
 use crate::texel::Texel;
 

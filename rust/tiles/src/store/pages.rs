@@ -25,7 +25,7 @@ pub(crate) struct CowBlocks<E>(Vec<Option<Arc<Page<E>>>>);
 
 impl<E> CowBlocks<E> {
     /// Has nothing for any element. What nobody else has either is given to `entry`, then the empty pages to `page`.
-    pub fn let_go(&mut self, mut entry: impl FnMut(E), mut page: impl FnMut(Arc<Page<E>>)) {
+    pub fn release(&mut self, mut entry: impl FnMut(E), mut page: impl FnMut(Arc<Page<E>>)) {
         for mut own in self.0.iter_mut().filter_map(Option::take) {
             // What is shared is known from the count of references alone.
             if Arc::strong_count(&own) == 1

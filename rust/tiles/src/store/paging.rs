@@ -14,7 +14,8 @@ use relievo_core::Result;
 use relievo_document::{Page, PageStore};
 
 use crate::quads::channel::Channel;
-use crate::store::heap::BlockId;
+use crate::quads::field::Entry;
+use crate::store::heap::{BlockId, Class, Heap, SizeClass};
 use crate::store::sets::Sets;
 use crate::store::slot::{Pager, Slot};
 use crate::texel::Texel;
@@ -35,37 +36,258 @@ pub(crate) struct Paging {
 /// The number that blocks on pages have instead of one in a heap.
 pub(crate) const NOWHERE: u32 = u32::MAX;
 
+/// The blocks of a channel: their places in the heap, which of them are on pages, and what edits did to them.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockStore<C: Class = SizeClass> {
+    pub heap: Heap<C>,
+    pub paging: Paging,
+    /// The number of the last edit.
+    pub revision: u64,
+    /// Tiles or faces that were lost since [`Self::take_lost`].
+    pub lost: Vec<u32>,
+}
+
+impl<C: Class> BlockStore<C> {
+    /// Makes a store without blocks, whose places are those of `heap`.
+    pub fn new(heap: Heap<C>) -> Self {
+        Self { heap, paging: Paging::default(), revision: 0, lost: Vec::new() }
+    }
+
+    /// Returns the tiles or faces that were lost since this was called last, ascending.
+    pub fn take_lost(&mut self) -> Vec<u32> {
+        let mut lost = std::mem::take(&mut self.lost);
+        lost.sort_unstable();
+        lost.dedup();
+        lost
+    }
+}
+
+/// A block of a channel, in the heap or on a page.
+pub(crate) trait StoredBlock<T: Texel, C> {
+    /// Its texels, then its mips if it has some.
+    fn slots(&self) -> impl Iterator<Item = &Slot<T>>;
+
+    /// As [`Self::slots`], for writing.
+    fn slots_mut(&mut self) -> impl Iterator<Item = &mut Slot<T>>;
+
+    /// Its class, and its number where it is in the heap.
+    fn id(&self) -> BlockId<C>;
+
+    /// Gives it another number.
+    fn set_number(&mut self, number: u32);
+
+    /// The number of the edit that last changed it.
+    fn version(&self) -> u64;
+}
+
 /// A channel whose blocks leave memory when its budget is spent.
 pub(crate) trait Paged {
-    /// What it knows of its pages.
-    fn paging(&mut self) -> &mut Paging;
+    /// Its texels.
+    type Texel: Texel;
+    /// The sizes of its blocks.
+    type Class: Class;
+    /// A block of it.
+    type Block: StoredBlock<Self::Texel, Self::Class>;
+
+    /// Its heap and its pages.
+    fn blocks(&self) -> &BlockStore<Self::Class>;
+
+    /// As [`Self::blocks`], for writing.
+    fn blocks_mut(&mut self) -> &mut BlockStore<Self::Class>;
 
     /// What its blocks page to.
     fn pager(&self) -> Option<&Arc<Pager>>;
 
+    /// As [`Self::pager`], for writing.
+    fn pager_mut(&mut self) -> &mut Option<Arc<Pager>>;
+
+    /// What texels without a block read as.
+    fn blank(&self) -> Self::Texel;
+
+    /// The block with a number, if it is there.
+    fn stored(&self, block: u32) -> Option<&Self::Block>;
+
+    /// As [`Self::stored`], for writing.
+    fn stored_mut(&mut self, block: u32) -> Option<&mut Self::Block>;
+
+    /// The numbers of the blocks that are there.
+    fn numbers(&self) -> Vec<u32>;
+
     /// Whether `bytes` more fit the budget.
-    fn fits(&self, bytes: u64) -> bool;
+    fn fits(&self, bytes: u64) -> bool {
+        let heap = &self.blocks().heap;
+        heap.bytes().saturating_add(bytes) <= heap.budget()
+    }
 
     /// Whether a block is there and on a page.
-    fn is_on_page(&self, block: u32) -> bool;
+    fn is_on_page(&self, block: u32) -> bool {
+        self.stored(block).and_then(|block| block.slots().next()).is_some_and(Slot::is_paged)
+    }
 
     /// The number of the edit that last changed a block.
-    fn edited(&self, block: u32) -> u64;
+    fn edited(&self, block: u32) -> u64 {
+        self.stored(block).map_or(0, StoredBlock::version)
+    }
 
     /// The blocks in the heap.
-    fn here(&self) -> Vec<u32>;
+    fn here(&self) -> Vec<u32> {
+        let mut all = self.numbers();
+        all.retain(|block| !self.is_on_page(*block));
+        all
+    }
+
+    /// The blocks on pages, in the order of [`Self::numbers`].
+    fn on_pages(&self) -> Vec<u32> {
+        if self.blocks().paging.count == 0 {
+            return Vec::new();
+        }
+        let mut all = self.numbers();
+        all.retain(|block| self.is_on_page(*block));
+        all
+    }
 
     /// Gives a block back to the heap, its texels to a page. Returns whether that could be.
-    fn evict(&mut self, block: u32) -> bool;
+    fn evict(&mut self, block: u32) -> bool {
+        let (Some(pager), blank, version) = (self.pager().cloned(), self.blank(), self.edited(block)) else {
+            return false;
+        };
+        let clean = self.blocks_mut().paging.clean.remove(&block).filter(|(clean, _)| *clean == version);
+        let Some(stored) = self.stored(block) else { return false };
+        // The page that is clean has the texels.
+        let mut clean = clean.map(|(_, page)| page);
+        let paged: Result<Vec<_>> =
+            stored.slots().map(|slot| slot.page_out(block, blank, &pager, clean.take())).collect();
+        let id = stored.id();
+        match (paged, self.stored_mut(block)) {
+            (Ok(paged), Some(stored)) => {
+                stored.slots_mut().zip(paged).for_each(|(slot, paged)| *slot = paged);
+                stored.set_number(NOWHERE);
+                let blocks = self.blocks_mut();
+                blocks.heap.free(&[id]);
+                blocks.paging.count += 1;
+                true
+            }
+            (Err(error), _) => {
+                pager.note(block, error);
+                false
+            }
+            (Ok(_), None) => false,
+        }
+    }
 
     /// Bytes of a block on a page that readers brought back.
-    fn back_bytes(&self, block: u32) -> u64;
+    fn back_bytes(&self, block: u32) -> u64 {
+        self.stored(block).map_or(0, |block| block.slots().map(Slot::back_bytes).sum())
+    }
+
+    /// Bytes of all blocks on pages that readers brought back.
+    fn all_back_bytes(&self) -> u64 {
+        self.on_pages().into_iter().map(|block| self.back_bytes(block)).sum()
+    }
 
     /// Whether a block was looked at and could not be read.
-    fn has_failed(&self, block: u32) -> bool;
+    fn has_failed(&self, block: u32) -> bool {
+        self.stored(block).is_some_and(|block| block.slots().any(Slot::has_failed))
+    }
 
-    /// Forgets what readers brought back of a block.
-    fn let_go(&mut self, block: u32);
+    /// Releases what readers brought back of a block.
+    fn release(&mut self, block: u32) {
+        if let (Some(pager), Some(block)) = (self.pager().cloned(), self.stored_mut(block)) {
+            block.slots_mut().for_each(|slot| slot.release(&pager));
+        }
+    }
+
+    /// Returns a failure of the store of pages, once.
+    fn fault(&self) -> Result<()> {
+        self.pager().and_then(|pager| pager.take_fault()).map_or(Ok(()), Err)
+    }
+
+    /// Fails if what is on pages of `blocks` cannot be read.
+    fn check_readable(&self, blocks: impl IntoIterator<Item = u32>) -> Result<()> {
+        if self.blocks().paging.count == 0 {
+            return Ok(());
+        }
+        for block in blocks {
+            let checked = self.stored(block).map_or(Ok(()), |block| block.slots().try_for_each(Slot::check));
+            if checked.is_err() {
+                // It is reported now.
+                drop(self.fault());
+                return checked;
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes that a block has a place in the heap again, or is gone.
+    fn leave_page(&mut self, block: u32) {
+        let paging = &mut self.blocks_mut().paging;
+        paging.count -= 1;
+        paging.back.remove(&block);
+    }
+
+    /// Gives a block on a page a place in the heap, beyond the budget if need be; its texels, and then its mips, are
+    /// `texels`.
+    fn place(&mut self, block: u32, texels: impl IntoIterator<Item = Arc<[Self::Texel]>>) {
+        if !self.is_on_page(block) {
+            return;
+        }
+        let Some(stored) = self.stored_mut(block) else { return };
+        stored.slots_mut().zip(texels).for_each(|(slot, texels)| *slot = Slot::Here(texels));
+        let (class, version) = (stored.id().class, stored.version());
+        let id = self.blocks_mut().heap.allocate_beyond(class);
+        if let Some(stored) = self.stored_mut(block) {
+            stored.set_number(id.number);
+        }
+        self.leave_page(block);
+        // It is listed again in its order, if the list is of its age.
+        self.blocks_mut().paging.queue.insert((version, block));
+    }
+
+    /// Brings a block back to the heap, beyond the budget if need be. Fails if it cannot be read.
+    fn bring_back(&mut self, block: u32) -> Result<()> {
+        let Some(stored) = self.stored(block).filter(|_| self.is_on_page(block)) else { return Ok(()) };
+        let texels: Vec<_> = stored.slots().map(Slot::shared).collect::<Result<_>>()?;
+        self.place(block, texels);
+        Ok(())
+    }
+
+    /// As [`Self::bring_back`]; the next call that can reports a failure. Returns whether it is in the heap.
+    fn fetch(&mut self, block: u32) -> bool {
+        match self.bring_back(block) {
+            Ok(()) => true,
+            Err(error) => {
+                if let Some(pager) = self.pager() {
+                    pager.note(block, error);
+                }
+                false
+            }
+        }
+    }
+
+    /// Notes that `page` holds what a block is now.
+    fn set_clean(&mut self, block: u32, page: Arc<dyn Page>) {
+        if self.pager().is_some() {
+            let version = self.edited(block);
+            self.blocks_mut().paging.clean.insert(block, (version, page));
+        }
+    }
+
+    /// Makes blocks page to `pager`, or brings all back without one. Fails if blocks cannot be read back or written.
+    fn turn_to(&mut self, pager: Option<Arc<Pager>>) -> Result<()> {
+        self.on_pages().into_iter().try_for_each(|block| self.bring_back(block))?;
+        self.blocks_mut().paging = Paging::default();
+        *self.pager_mut() = pager;
+        self.trim();
+        self.fault()
+    }
+
+    /// Pages for itself, after it was copied from another channel.
+    fn fork(&mut self) {
+        let Some(pager) = self.pager().map(|pager| pager.fork()) else { return };
+        *self.pager_mut() = Some(pager);
+        self.on_pages().into_iter().for_each(|block| self.release(block));
+        self.blocks_mut().paging.back.clear();
+    }
 
     /// Gives blocks back until `bytes` more fit the budget, but none of `keep`, which ascend. Returns whether they fit.
     fn make_room(&mut self, bytes: u64, keep: &[u32]) -> bool {
@@ -75,11 +297,11 @@ pub(crate) trait Paged {
         for listed in [false, true] {
             if listed {
                 let here = self.here().into_iter().map(|block| (self.edited(block), block)).collect();
-                self.paging().queue = here;
+                self.blocks_mut().paging.queue = here;
             }
             let (mut held, mut gone) = (Vec::new(), true);
             while gone && !self.fits(bytes) {
-                let Some((version, block)) = self.paging().queue.pop_first() else { break };
+                let Some((version, block)) = self.blocks_mut().paging.queue.pop_first() else { break };
                 if self.is_on_page(block) || self.edited(block) != version {
                     continue;
                 }
@@ -89,7 +311,7 @@ pub(crate) trait Paged {
                     held.push((version, block));
                 }
             }
-            self.paging().queue.extend(held);
+            self.blocks_mut().paging.queue.extend(held);
             if self.fits(bytes) || !gone {
                 break;
             }
@@ -102,16 +324,16 @@ pub(crate) trait Paged {
         let Some(pager) = self.pager().cloned() else { return };
         for block in pager.take_back() {
             if self.back_bytes(block) > 0 {
-                self.paging().back.insert(block);
+                self.blocks_mut().paging.back.insert(block);
             }
             // What could not be read may be there another time.
             if self.has_failed(block) {
-                self.let_go(block);
-                self.paging().back.remove(&block);
+                self.release(block);
+                self.blocks_mut().paging.back.remove(&block);
             }
         }
         let mut order: Vec<(u64, u32)> = Vec::new();
-        for block in self.paging().back.clone() {
+        for block in self.blocks_mut().paging.back.clone() {
             order.push((self.edited(block), block));
         }
         let mut back: u64 = order.iter().map(|(_, block)| self.back_bytes(*block)).sum();
@@ -124,8 +346,8 @@ pub(crate) trait Paged {
                 break;
             }
             back -= self.back_bytes(block);
-            self.let_go(block);
-            self.paging().back.remove(&block);
+            self.release(block);
+            self.blocks_mut().paging.back.remove(&block);
         }
         self.make_room(0, &[]);
     }
@@ -139,13 +361,8 @@ impl<T: Texel> Channel<T> {
     /// Fails if blocks cannot be read back or written.
     #[inline(never)]
     pub fn page_to(&mut self, store: Option<Arc<dyn PageStore>>) -> Result<()> {
-        self.let_go();
-        let all: Vec<u32> = self.field.allocated().filter(|tile| self.is_paged(*tile)).collect();
-        all.iter().try_for_each(|tile| self.bring_back(*tile))?;
-        self.paging = Paging::default();
-        self.field.pager = store.map(Pager::new);
-        self.trim();
-        self.report_fault()
+        self.release_spent();
+        self.turn_to(store.map(Pager::new))
     }
 
     /// Where its blocks page to.
@@ -155,13 +372,12 @@ impl<T: Texel> Channel<T> {
 
     /// Number of allocated tiles that are on pages, and have no place in the heap.
     pub fn paged_count(&self) -> usize {
-        self.paging.count
+        self.blocks.paging.count
     }
 
     /// Bytes of the blocks in the heap, and of blocks that readers brought back since the last edit or commit.
     pub fn resident_bytes(&self) -> u64 {
-        let paged = self.field.allocated().filter(|tile| self.is_paged(*tile));
-        self.bytes() + paged.map(|tile| self.back_bytes(tile)).sum::<u64>()
+        self.bytes() + self.all_back_bytes()
     }
 
     /// Whether `tile` is allocated and on a page.
@@ -174,81 +390,17 @@ impl<T: Texel> Channel<T> {
     /// # Errors
     /// Fails with what could not be read back, or written, since it was asked last.
     pub fn report_fault(&self) -> Result<()> {
-        self.field.pager.as_ref().and_then(|pager| pager.take_fault()).map_or(Ok(()), Err)
-    }
-
-    /// Fails if what is on pages of `tiles` cannot be read.
-    pub(crate) fn check_pages(&self, tiles: impl IntoIterator<Item = u32>) -> Result<()> {
-        if self.paging.count == 0 {
-            return Ok(());
-        }
-        for tile in tiles {
-            if let Some(entry) = self.field.entry(tile) {
-                let checked = entry.texels.check().and_then(|()| entry.mips.check());
-                if checked.is_err() {
-                    // It is told now.
-                    drop(self.report_fault());
-                    return checked;
-                }
-            }
-        }
-        Ok(())
+        self.fault()
     }
 
     /// Takes away the block of `tile`. Returns its place in the heap, if it had one.
     pub(crate) fn take_block(&mut self, tile: u32) -> Option<BlockId> {
         let entry = self.field.entry_mut(tile).take()?;
         if entry.texels.is_paged() {
-            self.paging.count -= 1;
-            self.paging.back.remove(&tile);
+            self.leave_page(tile);
             return None;
         }
         Some(entry.id)
-    }
-
-    /// Gives a tile on a page a place in the heap, beyond the budget if need be; its texels are `texels`, its mips come
-    /// back too.
-    pub(crate) fn place(&mut self, tile: u32, texels: Arc<[T]>, mips: Arc<[T]>) {
-        let class = self.field.class(tile);
-        let id = self.heap.allocate_beyond(class);
-        if let Some(entry) = self.field.entry_mut(tile)
-            && entry.texels.is_paged()
-        {
-            (entry.texels, entry.mips, entry.id) = (Slot::Here(texels), Slot::Here(mips), id);
-            self.paging.count -= 1;
-            self.paging.back.remove(&tile);
-            // It is listed again in its order, if the list is of its age.
-            let version = entry.version;
-            self.paging.queue.insert((version, tile));
-        }
-    }
-
-    /// Brings the block of `tile` back to the heap, beyond the budget if need be. Fails if it cannot be read.
-    pub(crate) fn bring_back(&mut self, tile: u32) -> Result<()> {
-        let Some(entry) = self.field.entry(tile).filter(|entry| entry.texels.is_paged()) else { return Ok(()) };
-        let (texels, mips) = (entry.texels.shared()?, entry.mips.shared()?);
-        self.place(tile, texels, mips);
-        Ok(())
-    }
-
-    /// As [`Self::bring_back`]; the next call that can reports a failure. Returns whether it is in the heap.
-    pub(crate) fn fetch(&mut self, tile: u32) -> bool {
-        match self.bring_back(tile) {
-            Ok(()) => true,
-            Err(error) => {
-                if let Some(pager) = &self.field.pager {
-                    pager.note(tile, error);
-                }
-                false
-            }
-        }
-    }
-
-    /// Knows that `page` holds what the block of `tile` is now.
-    pub(crate) fn set_clean(&mut self, tile: u32, page: Arc<dyn Page>) {
-        if self.field.pager.is_some() {
-            self.paging.clean.insert(tile, (self.field.version(tile), page));
-        }
     }
 
     /// Makes room for an edit of `sets`: the tiles `wanted`, which are new, as far as they fit the budget together with
@@ -279,83 +431,64 @@ impl<T: Texel> Channel<T> {
             }
         }
     }
+}
 
-    /// Pages for itself, after it was copied from another channel.
-    #[inline(never)]
-    pub(crate) fn fork(&mut self) {
-        let Some(pager) = self.field.pager.take() else { return };
-        let pager = pager.fork();
-        let paged: Vec<u32> = self.field.allocated().filter(|tile| self.is_paged(*tile)).collect();
-        for tile in paged {
-            if let Some(entry) = self.field.entry_mut(tile) {
-                entry.texels.let_go(&pager);
-                entry.mips.let_go(&pager);
-            }
-        }
-        self.paging.back.clear();
-        self.field.pager = Some(pager);
+impl<T: Texel> StoredBlock<T, SizeClass> for Entry<T> {
+    fn slots(&self) -> impl Iterator<Item = &Slot<T>> {
+        [&self.texels, &self.mips].into_iter()
+    }
+
+    fn slots_mut(&mut self) -> impl Iterator<Item = &mut Slot<T>> {
+        [&mut self.texels, &mut self.mips].into_iter()
+    }
+
+    fn id(&self) -> BlockId {
+        self.id
+    }
+
+    fn set_number(&mut self, number: u32) {
+        self.id.number = number;
+    }
+
+    fn version(&self) -> u64 {
+        self.version
     }
 }
 
 impl<T: Texel> Paged for Channel<T> {
-    fn paging(&mut self) -> &mut Paging {
-        &mut self.paging
+    type Texel = T;
+    type Class = SizeClass;
+    type Block = Entry<T>;
+
+    fn blocks(&self) -> &BlockStore {
+        &self.blocks
+    }
+
+    fn blocks_mut(&mut self) -> &mut BlockStore {
+        &mut self.blocks
     }
 
     fn pager(&self) -> Option<&Arc<Pager>> {
         self.field.pager.as_ref()
     }
 
-    fn fits(&self, bytes: u64) -> bool {
-        self.bytes().saturating_add(bytes) <= self.budget()
+    fn pager_mut(&mut self) -> &mut Option<Arc<Pager>> {
+        &mut self.field.pager
     }
 
-    fn is_on_page(&self, tile: u32) -> bool {
-        self.is_paged(tile)
+    fn blank(&self) -> T {
+        self.field.blank()
     }
 
-    fn edited(&self, tile: u32) -> u64 {
-        self.field.version(tile)
+    fn stored(&self, tile: u32) -> Option<&Entry<T>> {
+        self.field.entry(tile)
     }
 
-    fn here(&self) -> Vec<u32> {
-        self.field.allocated().filter(|tile| !self.is_paged(*tile)).collect()
+    fn stored_mut(&mut self, tile: u32) -> Option<&mut Entry<T>> {
+        self.field.entry_mut(tile).as_mut()
     }
 
-    fn evict(&mut self, tile: u32) -> bool {
-        let (Some(pager), Some(entry)) = (self.field.pager.clone(), self.field.entry(tile)) else { return false };
-        let blank = self.field.blank();
-        let clean = self.paging.clean.remove(&tile).filter(|(version, _)| *version == entry.version);
-        let texels = entry.texels.page_out(tile, blank, &pager, clean.map(|(_, page)| page));
-        let paged = texels.and_then(|texels| Ok((texels, entry.mips.page_out(tile, blank, &pager, None)?)));
-        match (paged, self.field.entry_mut(tile)) {
-            (Ok((texels, mips)), Some(entry)) => {
-                let id = entry.id;
-                (entry.texels, entry.mips, entry.id.number) = (texels, mips, NOWHERE);
-                self.heap.free(&[id]);
-                self.paging.count += 1;
-                true
-            }
-            (Err(error), _) => {
-                pager.note(tile, error);
-                false
-            }
-            (Ok(_), None) => false,
-        }
-    }
-
-    fn back_bytes(&self, tile: u32) -> u64 {
-        self.field.entry(tile).map_or(0, |entry| entry.texels.back_bytes() + entry.mips.back_bytes())
-    }
-
-    fn has_failed(&self, tile: u32) -> bool {
-        self.field.entry(tile).is_some_and(|entry| entry.texels.has_failed() || entry.mips.has_failed())
-    }
-
-    fn let_go(&mut self, tile: u32) {
-        if let (Some(pager), Some(entry)) = (self.field.pager.clone(), self.field.entry_mut(tile)) {
-            entry.texels.let_go(&pager);
-            entry.mips.let_go(&pager);
-        }
+    fn numbers(&self) -> Vec<u32> {
+        self.field.allocated().collect()
     }
 }

@@ -178,7 +178,7 @@ impl<T: Texel> Slot<T> {
     }
 
     /// On the same page, with nothing of it in memory: other fields keep what readers brought back for them.
-    pub fn let_go(&mut self, pager: &Arc<Pager>) {
+    pub fn release(&mut self, pager: &Arc<Pager>) {
         if let Self::Paged(paged) = self {
             let Paged { page, tile, count, blank, bound, .. } = &**paged;
             let (page, pager, loaded) = (page.clone(), pager.clone(), OnceLock::new());

@@ -8,7 +8,7 @@ const MAX: usize = 16 << 20;
 
 /// Spare blocks and pages of a channel, shared by all its fields.
 #[derive(Debug)]
-pub(crate) struct Spare<T, P>(Mutex<Lists<T, P>>);
+pub(crate) struct BlockPool<T, P>(Mutex<Lists<T, P>>);
 
 #[derive(Debug)]
 struct Lists<T, P> {
@@ -18,13 +18,13 @@ struct Lists<T, P> {
     bytes: usize,
 }
 
-impl<T, P> Default for Spare<T, P> {
+impl<T, P> Default for BlockPool<T, P> {
     fn default() -> Self {
         Self(Mutex::new(Lists { blocks: Vec::new(), pages: Vec::new(), bytes: 0 }))
     }
 }
 
-impl<T: Copy, P> Spare<T, P> {
+impl<T: Copy, P> BlockPool<T, P> {
     /// A block that holds what `source` does, and is nobody else's.
     pub fn copy_of(&self, source: &[T]) -> Arc<[T]> {
         self.with(source.len(), |block| block.copy_from_slice(source)).unwrap_or_else(|| source.into())
@@ -48,7 +48,7 @@ impl<T: Copy, P> Spare<T, P> {
     }
 }
 
-impl<T, P> Spare<T, P> {
+impl<T, P> BlockPool<T, P> {
     fn lists(&self) -> MutexGuard<'_, Lists<T, P>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_is_used_again_and_what_somebody_holds_is_not() {
-        let spare = Spare::<u16, [u8; 8]>::default();
+        let spare = BlockPool::<u16, [u8; 8]>::default();
         let (held, free): (Arc<[u16]>, Arc<[u16]>) = (vec![1; 4].into(), vec![2; 4].into());
         let place = free.as_ptr();
         spare.keep(held.clone());

@@ -57,12 +57,12 @@ impl<T: Texel> TriangleChannel<T> {
         }
         self.check_faces(sets.allocate.iter().chain(&sets.deallocate))?;
         self.report_fault()?;
-        if self.paging.count > 0 {
+        if self.blocks.paging.count > 0 {
             let coarser = |face: &&u32| self.field.face_pattern(**face).is_none_or(|own| own < pattern);
             let made: Vec<u32> = sets.allocate.iter().filter(coarser).copied().collect();
             self.check_pages(there(&self.field, &made))?;
         }
-        self.revision += 1;
+        self.blocks.revision += 1;
         self.deallocate(&sets.deallocate);
         let refused = self.allocate(context, pattern, sets);
         self.trim();
@@ -89,7 +89,7 @@ impl<T: Texel> TriangleChannel<T> {
                 }
             }
         }
-        self.heap.free(&freed);
+        self.blocks.heap.free(&freed);
     }
 
     /// Fails if one of `faces` does not exist.
@@ -114,16 +114,16 @@ impl<T: Texel> TriangleChannel<T> {
             Some(granted) => granted,
             None => {
                 self.lose_for(pattern, &faces, sets);
-                self.granted(pattern, &faces, self.heap.bytes())
+                self.granted(pattern, &faces, self.blocks.heap.bytes())
             }
         };
         let field = &self.field;
         let blocks = context.map(wanted.len(), |index| values_of(field, wanted[index].class, wanted[index].element));
         let freed: Vec<_> = wanted.iter().filter_map(|wanted| self.take_block(wanted.block())).collect();
-        self.heap.free(&freed);
+        self.blocks.heap.free(&freed);
         let classes: Vec<TriangleClass> = wanted.iter().map(|wanted| wanted.class).collect();
-        for ((wanted, texels), id) in wanted.iter().zip(blocks).zip(self.heap.allocate(&classes)) {
-            let version = self.revision;
+        for ((wanted, texels), id) in wanted.iter().zip(blocks).zip(self.blocks.heap.allocate(&classes)) {
+            let version = self.blocks.revision;
             if let (Some(id), Some(entry)) = (id, self.field.block_mut(wanted.block())) {
                 *entry = Some(Entry { texels: slot::Slot::Here(texels), id, version });
                 self.mark(wanted.block());
@@ -137,8 +137,9 @@ impl<T: Texel> TriangleChannel<T> {
     fn clear_the_way(&mut self, pattern: Pattern, faces: &[u32]) -> Option<(Vec<Wanted>, Vec<u32>)> {
         self.pager()?;
         let there = there(&self.field, faces);
-        let size =
-            |block: &TriangleBlock| self.field.block(*block).map_or(0, |entry| self.heap.bytes_of(entry.id.class));
+        let size = |block: &TriangleBlock| {
+            self.field.block(*block).map_or(0, |entry| self.blocks.heap.bytes_of(entry.id.class))
+        };
         // Together with what the faces have, on pages too.
         let granted = self.granted(pattern, faces, there.iter().map(size).sum());
         let keep: Vec<u32> = there.iter().map(|block| block.number(self.field.topology())).collect();
@@ -147,7 +148,7 @@ impl<T: Texel> TriangleChannel<T> {
 
     /// Bytes that the heap hands out for `wanted` beyond what it takes back.
     fn more_bytes(&self, wanted: &[Wanted]) -> u64 {
-        let more: u64 = wanted.iter().map(|wanted| self.heap.bytes_of(wanted.class)).sum();
+        let more: u64 = wanted.iter().map(|wanted| self.blocks.heap.bytes_of(wanted.class)).sum();
         let less: u64 = wanted.iter().map(|wanted| self.bytes_here(wanted.block())).sum();
         more.saturating_sub(less)
     }
@@ -163,7 +164,7 @@ impl<T: Texel> TriangleChannel<T> {
         // An edge that goes with a face may be one that is wanted.
         loop {
             let needed = self.more_bytes(&self.granted_within(u64::MAX, pattern, faces, 0).0);
-            let full = |own: &Self| own.heap.bytes().saturating_add(needed) > own.heap.budget();
+            let full = |own: &Self| own.blocks.heap.bytes().saturating_add(needed) > own.blocks.heap.budget();
             if !full(self) {
                 return;
             }
@@ -180,7 +181,7 @@ impl<T: Texel> TriangleChannel<T> {
     /// The blocks of those of `faces` that fit the budget beside `bytes`, among which is what they have, and the other
     /// faces.
     fn granted(&self, pattern: Pattern, faces: &[u32], bytes: u64) -> (Vec<Wanted>, Vec<u32>) {
-        self.granted_within(self.heap.budget(), pattern, faces, bytes)
+        self.granted_within(self.blocks.heap.budget(), pattern, faces, bytes)
     }
 
     /// As [`Self::granted`] within another budget.
@@ -238,13 +239,13 @@ impl<T: Texel> TriangleChannel<T> {
     /// Gives a face or an edge a block of `class` in place of the one it may have, with `values`. Returns whether the
     /// budget allowed it, with room that others than `keep`, which ascend, may make.
     pub(super) fn put(&mut self, block: TriangleBlock, class: TriangleClass, values: Arc<[T]>, keep: &[u32]) -> bool {
-        let (before, now) = (self.bytes_here(block), self.heap.bytes_of(class));
-        let fits = self.heap.bytes() - before + now <= self.heap.budget();
+        let (before, now) = (self.bytes_here(block), self.blocks.heap.bytes_of(class));
+        let fits = self.blocks.heap.bytes() - before + now <= self.blocks.heap.budget();
         if !fits && !self.make_room(now.saturating_sub(before), keep) {
             return false;
         }
         let old = self.take_block(block);
-        self.heap.free(old.as_slice());
+        self.blocks.heap.free(old.as_slice());
         self.create(block, class, values);
         true
     }

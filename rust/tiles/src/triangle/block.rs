@@ -147,7 +147,7 @@ impl<T: Texel> TriangleChannel<T> {
                 ))
             })
         });
-        self.revision += 1;
+        self.blocks.revision += 1;
         match class.transpose()?.zip(values) {
             Some((class, values)) => {
                 if self.put(block, class, values.into(), &[]) {
@@ -160,7 +160,7 @@ impl<T: Texel> TriangleChannel<T> {
             }
             None if self.field().block(block).is_some() => {
                 let freed = self.take_block(block);
-                self.heap.free(freed.as_slice());
+                self.blocks.heap.free(freed.as_slice());
                 self.mark(block);
                 Ok(())
             }
@@ -171,8 +171,8 @@ impl<T: Texel> TriangleChannel<T> {
 
 impl<T: Texel> TriangleChannel<T> {
     fn write_vertices(&mut self, first: u32, values: &[T]) {
-        let Self { field, changed, revision, .. } = self;
-        *revision += 1;
+        let Self { field, changed, blocks, .. } = self;
+        blocks.revision += 1;
         for (vertex, value) in (first..).zip(values) {
             if !field.vertex(vertex).same(*value) {
                 field.set_vertex(vertex, *value);

@@ -24,7 +24,7 @@ use super::field::{Entry, TriangleClass, TriangleField};
 use super::pattern::Pattern;
 use crate::store::heap::{Class, Heap};
 use crate::store::pages::CowBlocks;
-use crate::store::paging::{Paged, Paging};
+use crate::store::paging::{BlockStore, Paged};
 use crate::texel::{ColorTexel, Texel};
 
 /// How a channel over triangles is made.
@@ -46,14 +46,11 @@ impl Default for TriangleOptions {
 #[derive(Debug)]
 pub struct TriangleChannel<T = f16> {
     pub(super) field: TriangleField<T>,
-    pub(super) heap: Heap<TriangleClass>,
-    pub(super) paging: Paging,
-    pub(super) revision: u64,
+    pub(super) blocks: BlockStore<TriangleClass>,
     /// Faces, edges and vertices changed since the last commit, with repetition.
     pub(super) changed: TriangleChange,
     /// Faces that may be lost where the budget refuses others, the last first.
     pub(super) expendable: Vec<Expendable<T>>,
-    pub(super) lost: Vec<u32>,
 }
 
 impl<T: Texel> Clone for TriangleChannel<T> {
@@ -61,12 +58,9 @@ impl<T: Texel> Clone for TriangleChannel<T> {
     fn clone(&self) -> Self {
         let mut copy = Self {
             field: self.field.clone(),
-            heap: self.heap.clone(),
-            paging: self.paging.clone(),
-            revision: self.revision,
+            blocks: self.blocks.clone(),
             changed: self.changed.clone(),
             expendable: self.expendable.clone(),
-            lost: self.lost.clone(),
         };
         copy.fork();
         copy
@@ -112,12 +106,9 @@ impl<T: Texel> TriangleChannel<T> {
         };
         Ok(Self {
             field: TriangleField::new(topology, pattern, blank),
-            heap: Heap::new(size_of::<T>(), budget),
-            paging: Paging::default(),
-            revision: 0,
+            blocks: BlockStore::new(Heap::new(size_of::<T>(), budget)),
             changed: TriangleChange::default(),
             expendable: Vec::new(),
-            lost: Vec::new(),
         })
     }
 
@@ -137,7 +128,7 @@ impl<T: Texel> TriangleChannel<T> {
 
     /// Bytes of vertices and blocks. Blocks on pages count nothing.
     pub fn bytes(&self) -> u64 {
-        self.vertex_bytes() + self.heap.bytes()
+        self.vertex_bytes() + self.blocks.heap.bytes()
     }
 
     /// Bytes if every face and edge had a block of the finest pattern.
@@ -149,13 +140,13 @@ impl<T: Texel> TriangleChannel<T> {
 
     /// Bytes that vertices and blocks may occupy.
     pub fn budget(&self) -> u64 {
-        self.vertex_bytes().saturating_add(self.heap.budget())
+        self.vertex_bytes().saturating_add(self.blocks.heap.budget())
     }
 
     /// Changes the budget. Blocks stay, even beyond it, unless they page: see [`Self::page_to`].
     #[inline(never)]
     pub fn set_budget(&mut self, budget: u64) {
-        self.heap.set_budget(budget.saturating_sub(self.vertex_bytes()));
+        self.blocks.heap.set_budget(budget.saturating_sub(self.vertex_bytes()));
         self.trim();
     }
 
@@ -180,7 +171,7 @@ impl<T: Texel> TriangleChannel<T> {
         let edges = values.edges.into_iter().map(|(edge, values)| (TriangleBlock::Edge(edge), values));
         let blocks: Vec<(TriangleBlock, Vec<T>)> = faces.chain(edges).collect();
         self.check_pages(blocks.iter().map(|(block, _)| *block))?;
-        self.revision += 1;
+        self.blocks.revision += 1;
         let same = |old: &[T], new: &[T]| bytemuck::cast_slice::<T, u8>(old) == bytemuck::cast_slice::<T, u8>(new);
         for (block, new) in blocks {
             if !self.field.block(block).is_some_and(|entry| same(&entry.texels, &new)) {
@@ -211,7 +202,12 @@ impl<T: Texel> TriangleChannel<T> {
         self.trim();
         let mut changed = std::mem::take(&mut self.changed);
         changed.sort();
-        Arc::new(TriangleSnapshot { field: self.field.clone(), changed, revision: self.revision, bytes: self.bytes() })
+        Arc::new(TriangleSnapshot {
+            field: self.field.clone(),
+            changed,
+            revision: self.blocks.revision,
+            bytes: self.bytes(),
+        })
     }
 }
 

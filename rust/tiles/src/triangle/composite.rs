@@ -83,7 +83,7 @@ impl<T: Layered> TriangleChannel<T> {
         }
         // A part that has room with all its edges.
         let [face, edge] = [true, false].map(|face| TriangleClass { face, pattern: self.field.pattern() }.values());
-        let part = self.heap.budget() / 4 / ((face + 3 * edge) * size_of::<T>()) as u64;
+        let part = self.blocks.heap.budget() / 4 / ((face + 3 * edge) * size_of::<T>()) as u64;
         let part = usize::try_from(part).unwrap_or(usize::MAX).max(1);
         let mut refused = Vec::new();
         for faces in faces.chunks(part) {
@@ -107,7 +107,7 @@ impl<T: Layered> TriangleChannel<T> {
         let wanted = |face: u32| of_face(face).map(|pattern| pattern.max(coarsest));
         let unfit = |face: &u32| wanted(*face) != self.field.face_pattern(*face);
         let changing: Vec<u32> = faces.iter().copied().filter(unfit).collect();
-        self.revision += 1;
+        self.blocks.revision += 1;
         self.deallocate(&changing);
         let mut refused = Vec::new();
         for level in [2, 1, 0] {
@@ -204,7 +204,7 @@ impl<T: Layered> TriangleChannel<T> {
     /// Takes the place of `before`: what differs counts as changed.
     #[inline(never)]
     pub fn follow(&mut self, before: &Self) {
-        self.revision = self.revision.max(before.revision) + 1;
+        self.blocks.revision = self.blocks.revision.max(before.blocks.revision) + 1;
         let topology = self.field.topology().clone();
         let all = !self.field.blank().same(before.field.blank());
         let mut blocks = [self.field.blocks(), before.field.blocks(), before.changed.blocks(&topology)].concat();
@@ -224,7 +224,7 @@ impl<T: Layered> TriangleChannel<T> {
             if self.field.block(block).is_some()
                 && let Some(Some(entry)) = self.field.block_mut(block)
             {
-                entry.version = self.revision;
+                entry.version = self.blocks.revision;
             }
         }
         self.changed.faces.extend(faces);

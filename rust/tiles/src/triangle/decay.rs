@@ -24,8 +24,8 @@ use super::change::{TriangleChange, TriangleSets, TriangleValues};
 use super::channel::{TriangleChannel, TriangleOptions};
 use super::field::{TriangleClass, TriangleField};
 use super::pattern::Pattern;
-use crate::layers::decay::{DecayOptions, Faded, PERMANENT, order};
-use crate::layers::fade::{Fader, Fading, words};
+use crate::layers::decay::{DecayOptions, FadeReport, PERMANENT, order};
+use crate::layers::fade::{Fader, FadingBlock, words};
 use crate::store::blocks::Blocks;
 use crate::store::stored::StoredTexel;
 use crate::texel::Texel;
@@ -433,9 +433,9 @@ impl<T: StoredTexel> TriangleDecay<T> {
             if from.len() != times.len() || !times.iter().any(fades) {
                 return None;
             }
-            Some(Fading { block, texels: from.len(), words: words(&from, bytemuck::cast_slice(&times)) })
+            Some(FadingBlock { block, texels: from.len(), words: words(&from, bytemuck::cast_slice(&times)) })
         });
-        let mut blocks: Vec<Fading> = blocks.into_iter().flatten().collect();
+        let mut blocks: Vec<FadingBlock> = blocks.into_iter().flatten().collect();
         // Vertices are a block together.
         let vertices = elements.iter().filter_map(|element| match element {
             Element::Vertex(vertex) => Some(*vertex),
@@ -446,7 +446,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
         if times.iter().any(fades) {
             let from: Vec<T> = vertices.iter().map(|vertex| edited.vertex(*vertex)).collect();
             let words = words(&from, bytemuck::cast_slice(&times));
-            blocks.push(Fading { block: VERTICES, texels: from.len(), words });
+            blocks.push(FadingBlock { block: VERTICES, texels: from.len(), words });
         }
         let fader = &mut self.fader;
         let mut blocks = context.stats().time("decay.device", || fader.evaluate(&blocks, blank, options, time));
@@ -496,7 +496,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
     /// # Errors
     /// Fails if a page of the channel cannot be read or written.
     #[inline(never)]
-    pub fn fade(&mut self, context: &Context, channel: &mut TriangleChannel<T>, time: f64) -> Result<Faded> {
+    pub fn fade(&mut self, context: &Context, channel: &mut TriangleChannel<T>, time: f64) -> Result<FadeReport> {
         let topology = self.topology();
         self.follow(context, channel.field())?;
         let mut faded = self.faded(context, channel.field(), time);
@@ -531,7 +531,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
         changed.sort_unstable();
         changed.dedup();
         self.age(&changed, channel.field());
-        Ok(Faded { changed, freed })
+        Ok(FadeReport { changed, freed })
     }
 
     /// As [`Self::fade`] without giving anything back, so that stamps stay what they are: after stamps, and the blocks

@@ -42,7 +42,7 @@ impl<T: Texel> TriangleChannel<T> {
     /// Names faces that may be lost where the budget refuses others, the first of them first, unless they are edited
     /// meanwhile: those of layers that fade, by age.
     pub fn set_expendable(&mut self, faces: &[u32]) {
-        let (field, revision) = (&self.field, self.revision);
+        let (field, revision) = (&self.field, self.blocks.revision);
         let list = faces.iter().rev().filter(|face| field.is_allocated(**face));
         self.expendable =
             list.map(|face| Expendable { face: *face, revision, corners: corners(field, *face) }).collect();
@@ -50,15 +50,12 @@ impl<T: Texel> TriangleChannel<T> {
 
     /// The faces that were lost since this was called last, ascending.
     pub fn take_lost(&mut self) -> Vec<u32> {
-        let mut lost = std::mem::take(&mut self.lost);
-        lost.sort_unstable();
-        lost.dedup();
-        lost
+        self.blocks.take_lost()
     }
 
     /// The faces that [`Self::take_lost`] has not told yet.
     pub fn lost(&self) -> &[u32] {
-        &self.lost
+        &self.blocks.lost
     }
 
     /// Makes `faces`, their edges and their corners blank and gives their blocks back, with the edges that no other face
@@ -69,7 +66,7 @@ impl<T: Texel> TriangleChannel<T> {
     #[inline(never)]
     pub fn lose_faces(&mut self, faces: &[u32]) -> Result<()> {
         self.check_faces(faces)?;
-        self.revision += 1;
+        self.blocks.revision += 1;
         self.lose(faces);
         Ok(())
     }
@@ -100,7 +97,7 @@ impl<T: Texel> TriangleChannel<T> {
                 self.changed.vertices.push(vertex);
             }
         }
-        self.lost.extend(there);
+        self.blocks.lost.extend(there);
     }
 }
 

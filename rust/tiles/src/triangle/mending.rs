@@ -65,7 +65,7 @@ impl<T: Texel> TriangleChannel<T> {
 
     fn mend_edges(&mut self, context: &Context, edges: &BTreeSet<u32>) -> Result<()> {
         let topology = self.field.topology().clone();
-        self.revision += 1;
+        self.blocks.revision += 1;
         let mut wanted: Vec<(u32, Pattern)> = Vec::new();
         for edge in edges {
             let finest = topology.faces_along(*edge).filter_map(|(face, _)| self.field.face_pattern(face)).max();
@@ -74,7 +74,7 @@ impl<T: Texel> TriangleChannel<T> {
                 Some(finest) if own < Some(finest) => wanted.push((*edge, finest)),
                 None if own.is_some() => {
                     let freed = self.take_block(TriangleBlock::Edge(*edge));
-                    self.heap.free(freed.as_slice());
+                    self.blocks.heap.free(freed.as_slice());
                     self.changed.edges.push(*edge);
                 }
                 _ => {}

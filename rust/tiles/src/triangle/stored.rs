@@ -16,6 +16,7 @@ use super::field::{CHUNK, Entry, TriangleField};
 use super::pattern::Pattern;
 use crate::store::blocks::Blocks;
 use crate::store::pages::CowBlocks;
+use crate::store::paging::Paged;
 use crate::store::stored::StoredTexel;
 use crate::texel::Texel;
 

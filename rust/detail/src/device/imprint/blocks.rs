@@ -13,7 +13,7 @@ use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
 use super::cull::{LISTING, MEETING};
-use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
+use super::ground::{BoundGround, GROUND_GROUP, WITHOUT_AND_WITH_VECTORS};
 use super::shared::{Shared, step};
 use super::voxel::DeviceVoxels;
 use crate::channels::knots::BLOCK_KNOTS;
@@ -74,14 +74,14 @@ impl DeviceBlocks {
                 groups: &[
                     &[Read, Read, Read, Read, Read, Write, Write, Write, Read],
                     &SURFACE_GROUP,
-                    &MOVED_GROUP,
+                    &GROUND_GROUP,
                     &TILES_GROUP,
                 ],
                 immediates: size_of::<Step>() as u32,
                 constants,
             })
         };
-        let variants = STRAIGHT_AND_BENT.iter().take(1 + usize::from(bend));
+        let variants = WITHOUT_AND_WITH_VECTORS.iter().take(1 + usize::from(bend));
         let kernels = variants.map(|constants| kernel(constants)).collect::<Result<Vec<_>>>()?;
         let writing = device.kernel(&KernelSpec {
             module: "imprint_write",
@@ -93,10 +93,10 @@ impl DeviceBlocks {
         let listed = Buffer::new(device, "listed blocks", room)?;
         let records = Buffer::new(device, "changed blocks", records)?;
         let slots = Buffer::new(device, "blocks' slots", slots)?;
-        let Shared { jobs, told, arguments, .. } = shared;
+        let Shared { jobs, counters, arguments, .. } = shared;
         let listing = Self::list_into(device, shared, &slots, &listed)?;
         let from = [jobs.wgpu(), listed.wgpu(), arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
-        let to = [slots.wgpu(), told.wgpu(), records.wgpu(), worked.wgpu()];
+        let to = [slots.wgpu(), counters.wgpu(), records.wgpu(), worked.wgpu()];
         let casting = device.bind(&kernels[0], 0, &[&from[..], &to[..]].concat())?;
         Ok(Self { kernels, casting, listing, listed, records, slots, writing })
     }
@@ -123,10 +123,10 @@ impl DeviceBlocks {
         slots: &Buffer<u32>,
         listed: &Buffer<[u32; 4]>,
     ) -> Result<[Bindings; 2]> {
-        let Shared { jobs, told, arguments, boxes, candidates } = shared;
+        let Shared { jobs, counters, arguments, boxes, candidates } = shared;
         let known = [jobs.wgpu(), slots.wgpu(), boxes.wgpu()];
         let meeting = device.bind_as(&MEETING, &[&known[..], &[candidates.wgpu()]].concat())?;
-        let bound = [listed.wgpu(), told.wgpu(), arguments.wgpu(), candidates.wgpu()];
+        let bound = [listed.wgpu(), counters.wgpu(), arguments.wgpu(), candidates.wgpu()];
         Ok([meeting, device.bind_as(&LISTING, &[&known[..], &bound[..]].concat())?])
     }
 
@@ -153,7 +153,7 @@ impl DeviceBlocks {
         pass: &mut Pass<'_>,
         shared: &Shared,
         surface: &DeviceSurface,
-        (moved, start): (&Moved, &DeviceTiles),
+        (moved, start): (&BoundGround, &DeviceTiles),
         job: usize,
     ) -> Result<()> {
         let kernel = self.kernels.get(usize::from(moved.bent));

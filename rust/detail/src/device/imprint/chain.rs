@@ -15,9 +15,9 @@ use relievo_tiles::Field;
 
 use super::batches::{Batch, batches, most_voxels};
 use super::blocks::{DeviceBlocks, Record};
+use super::ground::BoundGround;
 use super::job::{Ground, ImprintJob, JobParams, MAX_JOBS, Slots};
 use super::meshes::DeviceMeshes;
-use super::moved::Moved;
 use super::rim::{Around, DeviceRims, RimRoom, volumes};
 use super::shared::{Shared, check};
 use super::slots::{places, slots, works};
@@ -89,7 +89,7 @@ impl DeviceChain {
         }
         let moved = targets
             .iter()
-            .map(|it| Moved::of(&self.device, &it.state.tiles, it.state.vectors.as_ref()))
+            .map(|it| BoundGround::of(&self.device, &it.state.tiles, it.state.vectors.as_ref()))
             .collect::<Result<Vec<_>>>()?;
         if !self.bends && moved.iter().any(|moved| moved.bent) {
             (self.bends, self.blocks, self.rims) = (true, None, None);
@@ -124,7 +124,7 @@ impl DeviceChain {
         };
         let rims: Vec<Option<Around>> = jobs.iter().zip(&words).map(around).collect();
         let (mut taken, mut rim_room) = (0, rims.iter().any(Option::is_some).then_some(self.rim_room));
-        let (told, records, moved) = loop {
+        let (counters, records, moved) = loop {
             if tiles > 0 && self.smoothing.enlarge(&self.device, (taken, words_of_blocks, tiles))? {
                 self.bind(self.blocks()?.room())?;
             }
@@ -139,20 +139,20 @@ impl DeviceChain {
             words.iter_mut().for_each(|words| words.set_room([room, record_room, capacity]));
             let bound = self.bind_tiles(targets, &works)?;
             let made = self.submit(context, targets, jobs, (&words, &rims), &batches, (&moved, &bound))?;
-            let found = made.told.iter().map(|told| told.found as usize).max().unwrap_or_default();
+            let found = made.counters.iter().map(|counters| counters.found as usize).max().unwrap_or_default();
             let fits = found <= room && made.kept <= record_room && made.taken <= capacity;
             if fits && made.rim_room == rim_room {
-                break (made.told, made.records, made.moved);
+                break (made.counters, made.records, made.moved);
             }
             (taken, rim_room) = (made.taken, made.rim_room);
             self.rim_room = rim_room.unwrap_or(self.rim_room);
             self.enlarge([found, made.kept, slot_count])?;
         };
         targets.iter_mut().for_each(|target| target.state.settle_culling());
-        told.iter().try_for_each(check)?;
+        counters.iter().try_for_each(check)?;
         let place = |(place, record): (u32, &Record)| ((record.job(), record.tile, record.block()), place);
         self.kept = (0..).zip(&records).map(place).collect();
-        Ok(casts(targets, jobs, &told, &records, &moved))
+        Ok(casts(targets, jobs, &counters, &records, &moved))
     }
 
     /// Writes what the last submission left of an object into what the device has of its displacement, which is `field`
@@ -222,7 +222,7 @@ impl DeviceChain {
         jobs: &[ImprintJob],
         (words, rims): (&[JobParams], &[Option<Around>]),
         batches: &[Batch],
-        (moved, bound): (&[Moved], &[Option<BoundTiles>]),
+        (moved, bound): (&[BoundGround], &[Option<BoundTiles>]),
     ) -> Result<Submitted> {
         let device = &self.device.clone();
         let time = context.stats().begin("imprint.device.submit");
@@ -279,7 +279,7 @@ fn tell(job: &ImprintJob, meshes: &DeviceMeshes, targets: &[Target<'_>], slots: 
 fn casts(
     targets: &[Target<'_>],
     jobs: &[ImprintJob],
-    told: &[JobCounters],
+    counters: &[JobCounters],
     records: &[Record],
     moved: &[[f32; 2]],
 ) -> Vec<Cast> {
@@ -288,7 +288,7 @@ fn casts(
     order.sort_unstable_by_key(|(record, _)| (record.job(), record.tile, record.block()));
     let mut order = &order[..];
     let mut all = Vec::with_capacity(jobs.len());
-    for (index, (job, told)) in jobs.iter().zip(told).enumerate() {
+    for (index, (job, counters)) in jobs.iter().zip(counters).enumerate() {
         let (own, rest) = order.split_at(order.partition_point(|(record, _)| record.job() <= index as u32));
         order = rest;
         let field = targets[job.target].object.displacement().field();
@@ -313,9 +313,9 @@ fn casts(
         });
         all.push(Cast {
             dents: dents.collect(),
-            tiles: told.tiles.into(),
-            tested: told.tested.into(),
-            clamped: told.clamped.into(),
+            tiles: counters.tiles.into(),
+            tested: counters.tested.into(),
+            clamped: counters.clamped.into(),
             triangles: job.triangles,
             volumes: rises.then(|| by_tile().map(of_tile).collect()),
         });

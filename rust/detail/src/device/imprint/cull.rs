@@ -256,11 +256,11 @@ pub(crate) mod tests {
             let ranges = commands.read(&culling._kept.0, 0..tiles).unwrap();
             let listed = commands.read(blocks.listed(), 0..4096).unwrap();
             let arguments = commands.read(&shared.arguments, 4..8).unwrap();
-            let told = shared.read_told(&mut commands, 1).unwrap();
+            let counters = shared.read_counters(&mut commands, 1).unwrap();
             let _ = commands.submit().unwrap();
-            let told = parse(&told.get(device).unwrap()).1[0];
+            let counters = parse(&counters.get(device).unwrap()).1[0];
             let mut found = listed.get(device).unwrap();
-            found.truncate(told.found as usize);
+            found.truncate(counters.found as usize);
             assert!(found.iter().all(|it| it[2..] == [1, 0]));
             found.sort_unstable_by_key(|[tile, block, ..]| (*tile, block & 0xffff));
 
@@ -278,10 +278,10 @@ pub(crate) mod tests {
                 it.blocks.iter().map(|block| [it.tile, block.index | size(it.tile) << 16, 1, 0]).collect::<Vec<_>>()
             });
             assert_eq!(found, here.collect::<Vec<_>>(), "round {round}");
-            assert_eq!(told.tiles as usize, expected.len());
-            assert_eq!(told.tested, found.iter().map(|[tile, ..]| size(*tile).min(16).pow(2)).sum::<u32>());
-            let some = u32::from(told.found > 0);
-            assert_eq!(arguments.get(device).unwrap(), [told.found, told.found, some, some]);
+            assert_eq!(counters.tiles as usize, expected.len());
+            assert_eq!(counters.tested, found.iter().map(|[tile, ..]| size(*tile).min(16).pow(2)).sum::<u32>());
+            let some = u32::from(counters.found > 0);
+            assert_eq!(arguments.get(device).unwrap(), [counters.found, counters.found, some, some]);
             kept += found.len();
         }
         kept

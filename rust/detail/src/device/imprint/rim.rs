@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::wgsl::imprint_link::Step;
-use relievo_gpu::wgsl::imprint_rim::{Rim, RimTold};
+use relievo_gpu::wgsl::imprint_rim::{Rim, RimCounters};
 use relievo_gpu::{
     Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, groups as groups_of, wgpu,
 };
@@ -18,8 +18,8 @@ use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
 use super::blocks::{DeviceBlocks, Record};
 use super::cull::DeviceCull;
+use super::ground::{BoundGround, GROUND_GROUP, WITHOUT_AND_WITH_VECTORS};
 use super::job::{JobParams, MAX_JOBS};
-use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
 use super::rising::Rising;
 use super::shared::{Shared, parse, step};
 use super::voxel::DeviceVoxels;
@@ -64,7 +64,7 @@ pub(super) struct RimStages {
     /// What kernels have as their group 3.
     pub state: Bindings,
     rims: Buffer<Rim>,
-    told: Buffer<RimTold>,
+    counters: Buffer<RimCounters>,
     places: Buffer<u32>,
     cells: Buffer<u32>,
     volumes: Buffer<[f32; 2]>,
@@ -90,7 +90,7 @@ pub(super) struct DeviceRims {
 /// What comes back of a submission.
 pub(super) struct RimReadback {
     around: Readback<u32>,
-    told: Readback<RimTold>,
+    counters: Readback<RimCounters>,
 }
 
 /// What kernels have as their group 3.
@@ -138,7 +138,7 @@ impl RimStages {
     pub fn new(device: &Device, room: RimRoom, places: usize, records: usize) -> Result<Self> {
         let around = Shared::new(device)?;
         let rims = Buffer::new(device, "rims", MAX_JOBS)?;
-        let told = Buffer::new(device, "what is told of rims", MAX_JOBS)?;
+        let counters = Buffer::new(device, "what is counters of rims", MAX_JOBS)?;
         let listed = Buffer::new(device, "blocks around contacts", room.pieces)?;
         let pieces = Buffer::new(device, "coefficients around contacts", PIECE * room.pieces)?;
         let points = Buffer::new(device, "places around contacts", GROUP as usize * room.pieces)?;
@@ -149,7 +149,7 @@ impl RimStages {
         let volumes = Buffer::new(device, "volumes of blocks", records)?;
         let state_of = [
             rims.wgpu(),
-            told.wgpu(),
+            counters.wgpu(),
             pieces.wgpu(),
             points.wgpu(),
             places.wgpu(),
@@ -160,7 +160,7 @@ impl RimStages {
         ];
         let state = device.bind_as(&RIM_GROUP, &state_of)?;
         let _kept = (pieces, [points, borders], edges);
-        Ok(Self { around, listed, state, rims, told, places, cells, volumes, room, _kept })
+        Ok(Self { around, listed, state, rims, counters, places, cells, volumes, room, _kept })
     }
 
     /// Whether there is that much room, and so many places at least.
@@ -179,12 +179,12 @@ impl RimStages {
         let from = [shared.jobs.wgpu(), self.listed.wgpu(), self.around.arguments.wgpu()];
         let [jobs, listed, arguments] = from;
         let [spans, words] = [voxels.spans().wgpu(), voxels.words().wgpu()];
-        [jobs, listed, arguments, spans, words, slots.wgpu(), shared.told.wgpu(), records.wgpu()]
+        [jobs, listed, arguments, spans, words, slots.wgpu(), shared.counters.wgpu(), records.wgpu()]
     }
 
     /// Tells of the rims of a submission: of every imprint that has one what it raises, and itself around its contact.
     pub fn begin(&self, device: &Device, frame: &mut Frame, rims: &[Option<Around>]) -> Result<()> {
-        frame.clear(&self.told);
+        frame.clear(&self.counters);
         frame.clear(&self.places);
         frame.clear(&self.cells);
         let RimRoom { pieces, cells, borders } = self.room;
@@ -198,8 +198,8 @@ impl RimStages {
             first_place: *first_place,
             blocks: *of_tile,
         };
-        let told: Vec<Rim> = rims.iter().map(|it| it.as_ref().map_or(Rim::default(), rim)).collect();
-        self.rims.write(device, 0, &told)?;
+        let counters: Vec<Rim> = rims.iter().map(|it| it.as_ref().map_or(Rim::default(), rim)).collect();
+        self.rims.write(device, 0, &counters)?;
         let words = rims.iter().map(|it| {
             let mut words = it.as_ref().map_or_else(JobParams::default, |it| it.words);
             words.set_room([pieces, 0, 0]);
@@ -236,30 +236,33 @@ impl RimStages {
 
     /// Records the way back of the counters.
     pub fn read(&self, frame: &mut Frame, jobs: usize) -> Result<RimReadback> {
-        Ok(RimReadback { around: self.around.read_told(frame, jobs)?, told: frame.read(&self.told, 0..jobs)? })
+        Ok(RimReadback {
+            around: self.around.read_counters(frame, jobs)?,
+            counters: frame.read(&self.counters, 0..jobs)?,
+        })
     }
 
     /// The room that a submission needs, more than there is where that was not enough. Fails where there is none, or the
     /// context's memory limit forbids it.
     pub fn needed(&self, context: &Context, device: &Device, read: RimReadback) -> Result<RimRoom> {
         let (_, around) = parse(&read.around.get(device)?);
-        let told = read.told.get(device)?;
-        let most = |count: fn(&RimTold) -> u32| told.iter().map(count).max().unwrap_or_default() as usize;
-        let pieces = around.iter().map(|told| told.found as usize).max().unwrap_or_default();
+        let counters = read.counters.get(device)?;
+        let most = |count: fn(&RimCounters) -> u32| counters.iter().map(count).max().unwrap_or_default() as usize;
+        let pieces = around.iter().map(|counters| counters.found as usize).max().unwrap_or_default();
         check_bytes(context, pieces)?;
         let mut room = self.room;
         if pieces > room.pieces {
             room.pieces = pieces + pieces / 4;
         }
-        let borders = most(|told| told.borders);
+        let borders = most(|counters| counters.borders);
         if borders > room.borders {
             room.borders = borders + borders / 4;
         }
         // Half of them stay free.
-        if 2 * most(|told| told.cells) > room.cells {
+        if 2 * most(|counters| counters.cells) > room.cells {
             room.cells *= 4;
         }
-        let faulty = room == self.room && told.iter().any(|told| told.faults != 0);
+        let faulty = room == self.room && counters.iter().any(|counters| counters.faults != 0);
         if faulty || room.cells > MAX_CELLS || room.pieces > MAX_PIECES {
             return Err(Error::unsupported("the contact is too large for the width of its rim on a graphics device")
                 .advise("make the rim wider, or use the device `cpu`"));
@@ -285,10 +288,10 @@ impl DeviceRims {
         let own = [&RIM_OWN[..], &[Access::Read]].concat();
         let immediates = size_of::<Step>() as u32;
         let gather = |constants: &[(&str, f64)]| {
-            let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &MOVED_GROUP, &RIM_GROUP];
+            let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &GROUND_GROUP, &RIM_GROUP];
             device.kernel(&KernelSpec { module: "imprint_rim_gather", entry: "gather", groups, immediates, constants })
         };
-        let variants = STRAIGHT_AND_BENT.iter().take(1 + usize::from(bend));
+        let variants = WITHOUT_AND_WITH_VECTORS.iter().take(1 + usize::from(bend));
         let gather = variants.map(|constants| gather(constants)).collect::<Result<Vec<_>>>()?;
         let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &TILES_GROUP, &RIM_GROUP];
         let kernels = RimKernels::new(device, groups, ("imprint_rim_cells", &[]), false)?;
@@ -326,7 +329,7 @@ impl DeviceRims {
         &self,
         pass: &mut Pass<'_>,
         culling: &DeviceCull,
-        (surface, moved): (&DeviceSurface, &Moved),
+        (surface, moved): (&DeviceSurface, &BoundGround),
         job: usize,
     ) -> Result<()> {
         culling.cull(pass, &self.stages.around, &self.listing, surface, job)?;
@@ -401,9 +404,9 @@ mod tests {
         let mut target = [Target { state: &mut state, object: &object, start: None }];
         let (mut chain, mut meshes) = (DeviceChain::new(&device).unwrap(), DeviceMeshes::new(&device).unwrap());
         let there = chain.run(&context, &mut meshes, &mut target, &[&collider], &[job]).unwrap().pop().unwrap();
-        let told = there.volumes.unwrap();
-        assert!(moved.len() > 8 && told.len() == moved.len(), "{} {}", told.len(), moved.len());
-        for ((tile, a), (other, b)) in moved.iter().zip(&told) {
+        let counters = there.volumes.unwrap();
+        assert!(moved.len() > 8 && counters.len() == moved.len(), "{} {}", counters.len(), moved.len());
+        for ((tile, a), (other, b)) in moved.iter().zip(&counters) {
             let near = |a: f64, b: f64| (a - b).abs() < 1e-3 * a + 1e-7;
             assert!(tile == other && near(a.pushed, b.pushed) && near(a.raised, b.raised), "{tile} {a:?} {b:?}");
         }

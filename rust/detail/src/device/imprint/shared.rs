@@ -9,14 +9,14 @@ use relievo_gpu::{Buffer, Device, Frame, Readback};
 use super::job::{JobParams, MAX_JOBS};
 
 /// Fails if the voxels are not those of the collider.
-pub(super) fn check(told: &JobCounters) -> Result<()> {
-    if told.faults & 1 != 0 {
+pub(super) fn check(counters: &JobCounters) -> Result<()> {
+    if counters.faults & 1 != 0 {
         return Err(Error::unsupported(
             "the collider reaches too far beyond the overlap to be voxelised on a graphics device",
         )
         .advise("cut the collider down, make the objects that collide closer in size, or use the device `cpu`"));
     }
-    if told.faults & 2 != 0 {
+    if counters.faults & 2 != 0 {
         return Err(Error::unsupported("the collider covers the voxel grid too many times for a graphics device")
             .advise("use fewer voxels or a coarser collider, or the device `cpu`"));
     }
@@ -35,7 +35,7 @@ const CANDIDATES: usize = 4;
 #[derive(Debug)]
 pub(crate) struct Shared {
     pub jobs: Buffer<JobParams>,
-    pub told: Buffer<u32>,
+    pub counters: Buffer<u32>,
     pub arguments: Buffer<u32>,
     /// Of every imprint the box of the collider's points along the axes of the overlap, as `imprint_box.wgsl` has it.
     pub boxes: Buffer<[u32; 6]>,
@@ -48,7 +48,7 @@ impl Shared {
     pub fn new(device: &Device) -> Result<Self> {
         Ok(Self {
             jobs: Buffer::new(device, "imprints", MAX_JOBS)?,
-            told: Buffer::new(device, "what is told of imprints", FIRST + TOLD * MAX_JOBS)?,
+            counters: Buffer::new(device, "what is counters of imprints", FIRST + TOLD * MAX_JOBS)?,
             arguments: Buffer::new(device, "arguments of imprints", ARGUMENTS * MAX_JOBS)?,
             boxes: Buffer::new(device, "boxes of colliders", MAX_JOBS)?,
             candidates: Buffer::new(device, "tiles of imprints", CANDIDATES * MAX_JOBS)?,
@@ -58,7 +58,7 @@ impl Shared {
     /// Tells of the imprints of a submission, and records that nothing was told of them so far. What is listed for them is
     /// nothing once they are voxelised.
     pub fn begin(&self, device: &Device, frame: &mut Frame, words: &[JobParams]) -> Result<()> {
-        frame.clear(&self.told);
+        frame.clear(&self.counters);
         frame.clear(&self.boxes);
         self.jobs.write(device, 0, words)
     }
@@ -84,8 +84,8 @@ impl Shared {
     }
 
     /// Records the way back of the counters of so many imprints.
-    pub fn read_told(&self, frame: &mut Frame, jobs: usize) -> Result<Readback<u32>> {
-        frame.read(&self.told, 0..FIRST + TOLD * jobs)
+    pub fn read_counters(&self, frame: &mut Frame, jobs: usize) -> Result<Readback<u32>> {
+        frame.read(&self.counters, 0..FIRST + TOLD * jobs)
     }
 }
 

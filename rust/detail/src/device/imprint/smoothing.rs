@@ -196,14 +196,14 @@ impl DeviceSmoothing {
             Some(kernels) => self.kernels.insert(kernels),
             None => self.kernels.insert(Kernels::new(device)?),
         };
-        let (jobs, told, slots) = (shared.jobs.wgpu(), shared.told.wgpu(), records.slots().wgpu());
+        let (jobs, counters, slots) = (shared.jobs.wgpu(), shared.counters.wgpu(), records.slots().wgpu());
         let (records, listed, changed) = (records.records().wgpu(), self.listed.wgpu(), self.changed.wgpu());
         let (topology, _) = ring.topology();
         let found = [listed, changed, self.stages.wgpu(), worked.pointers.wgpu(), topology.wgpu()];
-        let touching = device.bind(&kernels.touch, 0, &[&[jobs, told, slots, records][..], &found].concat())?;
+        let touching = device.bind(&kernels.touch, 0, &[&[jobs, counters, slots, records][..], &found].concat())?;
         let [entries, texels] = tiles.buffers();
         let own = [jobs, slots, records, self.blocks.wgpu(), self.marks.wgpu(), listed, changed];
-        let of_tiles = [worked.on_device.wgpu(), entries, texels, told];
+        let of_tiles = [worked.on_device.wgpu(), entries, texels, counters];
         let smoothing = device.bind(&kernels.smooth[0], 0, &[&own[..], &of_tiles].concat())?;
         let (pointers, blocks, sizes) = (&worked.pointers, &self.blocks, worked.on_device.wgpu());
         let blocks = WorkedBlocks { pointers, blocks, sizes, room: self.words as u32 };

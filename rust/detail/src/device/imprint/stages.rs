@@ -6,8 +6,8 @@ use relievo_tiles::{DeviceTiles, Field};
 
 use super::batches::Batch;
 use super::blocks::DeviceBlocks;
+use super::ground::BoundGround;
 use super::job::ImprintJob;
-use super::moved::Moved;
 use super::rim::DeviceRims;
 use super::shared::Shared;
 use super::smoothing::{BoundTiles, DeviceSmoothing};
@@ -72,7 +72,7 @@ pub(super) struct Stages<'a> {
     pub targets: &'a [Target<'a>],
     pub jobs: &'a [ImprintJob],
     /// Of every target what it is displaced by, and its tiles if they are worked on.
-    pub moved: &'a [Moved],
+    pub moved: &'a [BoundGround],
     pub bound: &'a [Option<BoundTiles>],
 }
 

@@ -19,7 +19,7 @@ pub(super) struct Submitted {
     /// Tiles or triangles that were worked on.
     pub taken: usize,
     /// The counters of every imprint.
-    pub told: Vec<JobCounters>,
+    pub counters: Vec<JobCounters>,
     /// The records that there was room for, and their volumes where something rises.
     pub records: Vec<Record>,
     pub moved: Vec<[f32; 2]>,
@@ -52,14 +52,14 @@ impl Results<'_> {
         time: Stage<'_>,
     ) -> Result<Submitted> {
         let Self { shared, records: room, rims, jobs } = self;
-        let told = shared.read_told(&mut frame, jobs)?;
+        let counters = shared.read_counters(&mut frame, jobs)?;
         let first = (*likely).min(room.len());
         let volumes = |frame: &mut _, range| rims.map(|rims| rims.read_volumes(frame, range)).transpose();
         let (first_records, first_moved) = (frame.read(room, 0..first)?, volumes(&mut frame, 0..first)?);
-        let told_rims = rims.map(|rims| rims.read(&mut frame, jobs)).transpose()?;
+        let read_rims = rims.map(|rims| rims.read(&mut frame, jobs)).transpose()?;
         let submission = frame.submit()?;
         time.end();
-        let ([kept, taken], told) = parse(&told.get(device)?);
+        let ([kept, taken], counters) = parse(&counters.get(device)?);
         let mut records = first_records.get(device)?;
         for time in submission.wait()? {
             context.stats().add(time.name, time.length);
@@ -76,8 +76,8 @@ impl Results<'_> {
             records.extend(rest.get(device)?);
             moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);
         }
-        let rim_room = told_rims.zip(rims).map(|(read, rims)| rims.needed(context, device, read)).transpose()?;
+        let rim_room = read_rims.zip(rims).map(|(read, rims)| rims.needed(context, device, read)).transpose()?;
         *likely = (kept + kept / 4).max(FIRST_ROOM);
-        Ok(Submitted { kept, taken, told, records, moved, rim_room })
+        Ok(Submitted { kept, taken, counters, records, moved, rim_room })
     }
 }

@@ -164,7 +164,7 @@ impl TriangleChain {
         let rims: Vec<Option<Around>> = jobs.iter().zip(&words).map(around).collect();
         let smooths = (0..jobs.len()).any(|job| is_smoothed(jobs, job));
         let (mut taken, mut rim_room) = (0, rims.iter().any(Option::is_some).then_some(self.rim_room));
-        let (told, records, moved) = loop {
+        let (counters, records, moved) = loop {
             if smooths {
                 let smoothed = targets.iter().filter_map(|target| target.press.as_ref()?.smoothed.as_ref());
                 self.smoothing.enlarge(&self.device, taken, smoothed)?;
@@ -180,7 +180,7 @@ impl TriangleChain {
             words.iter_mut().for_each(|words| words.set_room([0, room, capacity]));
             let made = self.submit(context, targets, jobs, (&words, &rims), &batches)?;
             if made.kept <= room && made.taken <= capacity && made.rim_room == rim_room {
-                break (made.told, made.records, made.moved);
+                break (made.counters, made.records, made.moved);
             }
             (taken, rim_room) = (made.taken, made.rim_room);
             self.rim_room = rim_room.unwrap_or(self.rim_room);
@@ -189,8 +189,8 @@ impl TriangleChain {
                 self.records = Buffer::new(&self.device, "changed values", made.kept + made.kept / 4)?;
             }
         };
-        told.iter().try_for_each(check)?;
-        Ok(casts(jobs, &told, &records, &moved))
+        counters.iter().try_for_each(check)?;
+        Ok(casts(jobs, &counters, &records, &moved))
     }
 
     fn rims(&self) -> Result<&RimStages> {
@@ -240,20 +240,20 @@ impl TriangleChain {
     /// What is bound of a mesh.
     fn bind(&self, press: &TrianglePress, voxels: &DeviceVoxels) -> Result<Bound> {
         let (device, shared) = (&self.device, &self.shared);
-        let (told, slots) = (shared.told.wgpu(), self.slots.wgpu());
+        let (counters, slots) = (shared.counters.wgpu(), self.slots.wgpu());
         let culling = |of: &Shared| {
             let (boxes, arguments) = (of.boxes.wgpu(), shared.arguments.wgpu());
-            device.bind_as(&CULLING, &[of.jobs.wgpu(), slots, boxes, arguments, told])
+            device.bind_as(&CULLING, &[of.jobs.wgpu(), slots, boxes, arguments, counters])
         };
         let (jobs, held, inside) = (shared.jobs.wgpu(), press.held.wgpu(), press.inside.wgpu());
         let records = self.records.wgpu();
         let from = [jobs, press.listed.wgpu(), shared.arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
         let beside = [&[inside][..], &press.ways()].concat();
-        let casting = device.bind_as(&CASTING, &[&from[..], &[slots, told, records], &beside].concat())?;
+        let casting = device.bind_as(&CASTING, &[&from[..], &[slots, counters, records], &beside].concat())?;
         let smoothing = press
             .smoothed
             .as_ref()
-            .map(|mesh| self.smoothing.bind(device, mesh, Beside { jobs, held, slots, told, records }));
+            .map(|mesh| self.smoothing.bind(device, mesh, Beside { jobs, held, slots, counters, records }));
         let rim = self.rims.as_ref().filter(|_| press.raised.is_some()).map(|stages| {
             let [entries, values] = press.ways();
             let beside = (press.listed.wgpu(), [inside, entries, values]);
@@ -337,7 +337,7 @@ fn slots(targets: &[TriangleTarget<'_>], jobs: &[ImprintJob]) -> (Vec<Option<Slo
 }
 
 /// What the imprints did, from what was read back.
-fn casts(jobs: &[ImprintJob], told: &[JobCounters], records: &[Record], moved: &[[f32; 2]]) -> Vec<TriangleCast> {
+fn casts(jobs: &[ImprintJob], counters: &[JobCounters], records: &[Record], moved: &[[f32; 2]]) -> Vec<TriangleCast> {
     let moved = moved.iter().copied().chain(std::iter::repeat([0.0; 2]));
     let mut order: Vec<(&Record, [f32; 2])> = records.iter().zip(moved).collect();
     let part = |record: &Record| record.block() & !SETTLED;
@@ -345,7 +345,7 @@ fn casts(jobs: &[ImprintJob], told: &[JobCounters], records: &[Record], moved: &
     order.sort_unstable_by_key(|(record, _)| (record.job(), record.tile, part(record), is_settled(record)));
     let mut order = &order[..];
     let mut all = Vec::with_capacity(jobs.len());
-    for (index, (job, told)) in jobs.iter().zip(told).enumerate() {
+    for (index, (job, counters)) in jobs.iter().zip(counters).enumerate() {
         let (own, rest) = order.split_at(order.partition_point(|(record, _)| record.job() <= index as u32));
         order = rest;
         let pressed = own.iter().map(|(record, _)| {
@@ -364,9 +364,9 @@ fn casts(jobs: &[ImprintJob], told: &[JobCounters], records: &[Record], moved: &
         let by_face = edited.chunk_by(|(a, _), (b, _)| a == b);
         all.push(TriangleCast {
             pressed: pressed.collect(),
-            faces: told.tiles.into(),
-            tested: told.tested.into(),
-            clamped: told.clamped.into(),
+            faces: counters.tiles.into(),
+            tested: counters.tested.into(),
+            clamped: counters.clamped.into(),
             triangles: job.triangles,
             volumes: by_face.map(|of| (of[0].0, of.iter().map(|(_, volumes)| *volumes).sum())).collect(),
         });

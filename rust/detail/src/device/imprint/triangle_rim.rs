@@ -69,9 +69,9 @@ impl BoundRim {
         (slots, records): (&Buffer<u32>, &Buffer<Record>),
         (faces, beside): (&wgpu::Buffer, [&wgpu::Buffer; 3]),
     ) -> Result<Self> {
-        let Shared { jobs, arguments, told, .. } = &stages.around;
+        let Shared { jobs, arguments, counters, .. } = &stages.around;
         let from = [jobs.wgpu(), faces, shared.arguments.wgpu()];
-        let to = [stages.listed.wgpu(), arguments.wgpu(), told.wgpu()];
+        let to = [stages.listed.wgpu(), arguments.wgpu(), counters.wgpu()];
         let bound = [&stages.own(shared, voxels, slots, records)[..], &beside].concat();
         Ok(Self { listing: device.bind_as(&LISTING, &[from, to].concat())?, own: device.bind_as(&own(), &bound)? })
     }

@@ -71,7 +71,7 @@ pub(super) struct Beside<'a> {
     pub jobs: &'a wgpu::Buffer,
     pub held: &'a wgpu::Buffer,
     pub slots: &'a wgpu::Buffer,
-    pub told: &'a wgpu::Buffer,
+    pub counters: &'a wgpu::Buffer,
     pub records: &'a wgpu::Buffer,
 }
 
@@ -149,8 +149,8 @@ impl TriangleSmoothing {
 
     /// Binds a mesh. Fails where the device does.
     pub fn bind(&self, device: &Device, mesh: &SmoothedMesh, beside: Beside<'_>) -> Result<BoundMesh> {
-        let Beside { jobs, held, slots, told, records } = beside;
-        let first = [jobs, held, mesh.marks.wgpu(), mesh.listed.wgpu(), self.arguments.wgpu(), slots, told];
+        let Beside { jobs, held, slots, counters, records } = beside;
+        let first = [jobs, held, mesh.marks.wgpu(), mesh.listed.wgpu(), self.arguments.wgpu(), slots, counters];
         let rest = [records, self.worked.wgpu()];
         Ok(BoundMesh {
             touching: device.bind_as(&TOUCHING, &first)?,

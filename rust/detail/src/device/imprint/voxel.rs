@@ -120,14 +120,15 @@ impl DeviceVoxels {
         let spans = Buffer::new(device, "columns", columns)?;
         let words = Buffer::new(device, "voxels", words)?;
         let jobs = (Read, shared.jobs.wgpu());
-        let told = (Write, shared.told.wgpu());
+        let counters = (Write, shared.counters.wgpu());
         let (mesh, indices) = ((Read, corners.wgpu()), (Read, meshes.triangles().wgpu()));
-        let bound = [jobs, (Read, meshes.points().wgpu()), (Write, corners.wgpu()), told, (Write, shared.boxes.wgpu())];
+        let bound =
+            [jobs, (Read, meshes.points().wgpu()), (Write, corners.wgpu()), counters, (Write, shared.boxes.wgpu())];
         let snap = Work::new(device, ["imprint_snap", "snap"], &bound)?;
-        let bound = [jobs, mesh, indices, (Write, starts.wgpu()), told, (Write, sums.wgpu())];
+        let bound = [jobs, mesh, indices, (Write, starts.wgpu()), counters, (Write, sums.wgpu())];
         let count = Work::new(device, ["imprint_count", "count"], &bound)?;
         let [arguments, candidates] = [&shared.arguments, &shared.candidates].map(|it| (Write, it.wgpu()));
-        let bound = [jobs, (Write, sums.wgpu()), arguments, told, candidates];
+        let bound = [jobs, (Write, sums.wgpu()), arguments, counters, candidates];
         let arrange = Work::new(device, ["imprint_arrange", "arrange"], &bound)?;
         let reads = [jobs, mesh, indices, (Read, starts.wgpu()), (Read, shared.arguments.wgpu())];
         let bound = [&reads[..], &[(Write, turns.wgpu()), (Read, sums.wgpu())]].concat();
@@ -218,7 +219,7 @@ mod tests {
         extrema: [u32; 6],
         spans: Vec<u32>,
         words: Vec<u32>,
-        told: JobCounters,
+        counters: JobCounters,
     }
 
     /// Voxelises on a device, twice: the first time leaves nothing behind that the second would count. `closed` is what
@@ -255,14 +256,14 @@ mod tests {
         let spans = frame.read(voxels.spans(), 0..voxels.spans().len()).unwrap();
         let words = frame.read(voxels.words(), 0..voxels.words().len()).unwrap();
         let boxes = frame.read(&shared.boxes, 0..1).unwrap();
-        let told = shared.read_told(&mut frame, 1).unwrap();
+        let counters = shared.read_counters(&mut frame, 1).unwrap();
         let _ = frame.submit().unwrap();
         Made {
             corners: corners.get(device).unwrap(),
             extrema: boxes.get(device).unwrap()[0],
             spans: spans.get(device).unwrap(),
             words: words.get(device).unwrap(),
-            told: parse(&told.get(device).unwrap()).1[0],
+            counters: parse(&counters.get(device).unwrap()).1[0],
         }
     }
 
@@ -299,8 +300,8 @@ mod tests {
         let solid = Solid { points: &soup.0, triangles: &soup.1, transform, closed, lattice };
         let mut voxels = Voxels::default();
         voxels.fill(&context, grid, &solid, None, side).unwrap();
-        let Made { spans, words, told, .. } = voxelise(device, &collider, grid, (side, closed), None);
-        check(&told).unwrap();
+        let Made { spans, words, counters, .. } = voxelise(device, &collider, grid, (side, closed), None);
+        check(&counters).unwrap();
         let [nx, ny, nz] = grid.dims;
         let (spans, ends) = spans.split_at((nx * ny) as usize);
         assert!(voxels.columns().spans == spans, "{:?} {side:?}", grid.dims);
@@ -457,8 +458,8 @@ mod tests {
         let collider = Collider::new(&context, points.clone(), triangles, DAffine3::from_rotation_x(0.3)).unwrap();
         let lattice = collider.lattice(&grid).unwrap();
         let made = |moved| voxelise(&device, &collider, &grid, (Side::Forward, true), moved);
-        let Made { corners, extrema, told, .. } = made(None);
-        check(&told).unwrap();
+        let Made { corners, extrema, counters, .. } = made(None);
+        check(&counters).unwrap();
         // The box along the axes of the grid, of all points and of no others.
         for axis in 0..3 {
             let along = || corners.iter().map(|corner| corner[axis]);
@@ -470,8 +471,8 @@ mod tests {
             assert_eq!(corner[..3].iter().map(|it| i64::from(*it)).collect::<Vec<_>>(), place);
         }
         for lost in [1e9, f32::NAN] {
-            let told = check(&made(Some([0.1, lost, 0.2])).told);
-            assert!(told.unwrap_err().to_string().contains("too far"));
+            let counters = check(&made(Some([0.1, lost, 0.2])).counters);
+            assert!(counters.unwrap_err().to_string().contains("too far"));
         }
     }
 }

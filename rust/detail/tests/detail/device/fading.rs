@@ -3,8 +3,8 @@
 use glam::{DAffine3, DVec3, Vec4};
 use relievo_core::{Context, ErrorKind, Mesh};
 use relievo_detail::{
-    Action, Canvas, DisplacedObject, FadingObject, Falloff, LayeredObject, PaintMode, SculptMode, Stroke, StrokePoint,
-    StrokeSettings, TriangleObject,
+    Action, Canvas, DecayingObject, DisplacedObject, Falloff, LayeredObject, PaintMode, SculptMode, Stroke,
+    StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_gpu::Device;
 use relievo_surface::{Surface, SurfaceOptions, TriangleSurface};

@@ -33,7 +33,8 @@ impl Progressive {
         attributes: &AttributeOptions,
         progress: &mut dyn Progress,
     ) -> Result<(Self, Vec<String>)> {
-        let limits = SimplifyOptions { faces: options.faces, locked: options.locked.clone(), ..Default::default() };
+        let limits =
+            SimplifyOptions { target_triangles: options.faces, locked: options.locked.clone(), ..Default::default() };
         limits.check(mesh.points.len())?;
         // Before anything is made of its corners.
         check_memory(context, mesh.corners.len().saturating_sub(2 * mesh.face_count()), 0)?;
@@ -66,7 +67,8 @@ impl Progressive {
         if attributes.is_empty() {
             return Self::build(context, &points, &triangles, options, progress);
         }
-        let limits = SimplifyOptions { faces: options.faces, locked: options.locked.clone(), ..Default::default() };
+        let limits =
+            SimplifyOptions { target_triangles: options.faces, locked: options.locked.clone(), ..Default::default() };
         check(context, &points, &triangles, &limits)?;
         let (on_faces, others): (Vec<_>, Vec<_>) =
             attributes.iter().partition(|attribute| attribute.domain == Domain::Face);

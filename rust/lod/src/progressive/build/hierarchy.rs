@@ -108,7 +108,8 @@ impl Progressive {
         options: &BuildOptions,
         progress: &mut dyn Progress,
     ) -> Result<Self> {
-        let limits = SimplifyOptions { faces: options.faces, locked: options.locked.clone(), ..Default::default() };
+        let limits =
+            SimplifyOptions { target_triangles: options.faces, locked: options.locked.clone(), ..Default::default() };
         check(context, points, triangles, &limits)?;
         let scale = unit(points);
         watched(context, progress, |progress| {
