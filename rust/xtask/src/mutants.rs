@@ -91,7 +91,7 @@ fn test(shards: &[Shard], results: &mut Results) -> Outcome {
     let known: Vec<Known> = built.into_iter().map(know).collect::<Result<_, _>>()?;
     for shard in shards {
         let of = |package: &&str| known.iter().filter(|known| known.test.package == **package).collect::<Vec<_>>();
-        let tests: Vec<&Known> = shard.tests.iter().flat_map(|package| of(package)).collect();
+        let tests: Vec<&Known> = shard.tests.iter().flat_map(of).collect();
         for (number, mutant) in &shard.drawn {
             if results.of(&mutant.name).is_none() {
                 results.add(&mutant.name, judge(*number, &tests)?)?;
