@@ -107,7 +107,7 @@ enum Task {
         #[arg(long, required = true)]
         dry_run: bool,
     },
-    /// Changes code at drawn places and counts the changes that tests notice; 200 mutants take hours
+    /// Changes code at drawn places and counts the changes that tests notice; goes on where it was stopped
     Mutants {
         /// Crates to draw from: `tiles`, `detail`, `lod`, `fluid`, `document`, which are the usual ones, or `ptex`
         names: Vec<String>,
