@@ -59,6 +59,6 @@ pub use ladder::Ladder;
 pub use levels::{Level, Spread};
 pub use morph::{MAX_MORPHS, MorphOffset, Morphs};
 pub use occlusion::{Culled, Occlusion, PixelView};
-pub use skinning::{Blend, dual_rows, skin, skin_normals};
+pub use skinning::{Blend, dual_rows, skin, skin_normals, skin_some};
 pub use stream::{Stream, Streamed};
 pub use view::{CrowdView, ShadowSun};

@@ -65,6 +65,25 @@ pub fn skin(context: &Context, character: &Character, pose: &Pose, blend: Blend)
     Ok(context.map(character.points.len(), |index| posing.place(character, index)))
 }
 
+/// Returns the positions of some vertices of a character in a pose, in the order of `vertices`.
+///
+/// # Errors
+/// As [`skin`], or a vertex does not exist.
+pub fn skin_some(
+    context: &Context,
+    character: &Character,
+    pose: &Pose,
+    blend: Blend,
+    vertices: &[u32],
+) -> Result<Vec<[f32; 3]>> {
+    let count = character.points.len();
+    if let Some(vertex) = vertices.iter().find(|vertex| **vertex as usize >= count) {
+        return Err(Error::invalid(format!("vertex {vertex} does not exist; the character has {count}")));
+    }
+    let posing = Posing::new(character, pose, blend)?;
+    Ok(context.map(vertices.len(), |index| posing.place(character, vertices[index] as usize)))
+}
+
 /// Returns unit normals of all vertices in a pose, from the attribute `normal`; none if the character lacks it.
 ///
 /// # Errors

@@ -1,6 +1,7 @@
 //! The format of scene files: its schema, the reader, and what a file says as plain data.
 
 pub(crate) mod bodies;
+pub(crate) mod colliders;
 pub(crate) mod crowds;
 pub(crate) mod decals;
 pub mod description;

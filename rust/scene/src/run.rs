@@ -14,4 +14,5 @@ pub(crate) mod row;
 pub mod stepper;
 pub(crate) mod strokes;
 pub mod trace;
+pub(crate) mod treading;
 pub(crate) mod way;

@@ -1,8 +1,9 @@
-//! Cages for tests and benches, random ones and models beside the checkout; the graphics device of tests. Nothing that is
-//! shipped uses this crate.
+//! Cages for tests and benches, random ones and models beside the checkout, and characters; the graphics device of
+//! tests. Nothing that is shipped uses this crate.
 
 mod device;
 mod grid;
+mod limbs;
 
 use std::path::PathBuf;
 
@@ -10,6 +11,7 @@ use relievo_core::{Context, Mesh};
 
 pub use device::device;
 pub use grid::{Random, grid};
+pub use limbs::{Limb, write_limbs};
 
 /// The folder of models: `RELIEVO_DATA`, or `shared/data` beside the checkout. It need not be there.
 pub fn folder() -> PathBuf {

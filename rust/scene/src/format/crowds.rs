@@ -14,6 +14,7 @@ pub(crate) fn read_crowd(reader: &mut Reader, table: Table) -> Option<CrowdEntry
         }
     }
     Some(CrowdEntry {
+        name: reader.text(table, "name"),
         clip: reader.text(table, "clip"),
         pixels: reader.number(table, "pixels") as f32,
         colour: reader.colour(table, "colour"),

@@ -307,6 +307,25 @@ pub struct ColliderEntry {
     pub tool: Option<ToolEntry>,
 }
 
+/// `[colliders.NAME]` with a crowd
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrowdColliderEntry {
+    /// Its name.
+    pub name: Name,
+    /// Index of the crowd whose agents press.
+    pub crowd: usize,
+    /// Most triangles of an agent that presses.
+    pub triangles: u64,
+    /// Indices of the objects they press into, in the order written.
+    pub into: Vec<usize>,
+    /// When it begins.
+    pub from: f64,
+    /// When it ends.
+    pub until: f64,
+    /// How they imprint.
+    pub settings: relievo_detail::ImprintSettings,
+}
+
 /// `[[strokes]]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct StrokeEntry {
@@ -390,6 +409,8 @@ pub struct DecalEntry {
 /// `[[crowds]]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrowdEntry {
+    /// Its name, by which colliders call it.
+    pub name: Option<Name>,
     /// Path of the character, or of its crowd model, as written.
     pub file: Name,
     /// Name of the only clip that is built; left out, all of the character.
@@ -568,8 +589,10 @@ pub struct Scene {
     pub objects: Vec<ObjectEntry>,
     /// Bodies.
     pub bodies: Vec<BodyEntry>,
-    /// Colliders.
+    /// Colliders that are objects.
     pub colliders: Vec<ColliderEntry>,
+    /// Colliders that are crowds, which press after objects.
+    pub crowd_colliders: Vec<CrowdColliderEntry>,
     /// Strokes, in the order they are made.
     pub strokes: Vec<StrokeEntry>,
     /// Brushes that ride on objects, in the order they are made.

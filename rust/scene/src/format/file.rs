@@ -9,13 +9,14 @@ use relievo_core::Error;
 use toml::de::DeTable;
 
 use crate::format::bodies::read_body;
+use crate::format::colliders::{Known, check_colliders, read_colliders};
 use crate::format::crowds::read_crowd;
 use crate::format::decals::read_decal;
 use crate::format::description::*;
 use crate::format::diagnostic::{Diagnostic, Failure, Faults};
 use crate::format::dielectric::read_dielectric;
 use crate::format::layers::{read_decay, read_layers};
-use crate::format::names::{Names, own_object};
+use crate::format::names::Names;
 use crate::format::placement::Up;
 use crate::format::placement::{AT_ORIGIN, read_placement};
 use crate::format::reader::{Name, Reader, Table};
@@ -139,7 +140,7 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
     let tissue = reader.list(root, "tissue");
     let tissue: Vec<_> = tissue.into_iter().map(|table| read_tissue(reader, table, &object_names)).collect();
     let tissue_names: Vec<_> = tissue.iter().map(|entry| entry.as_ref().map(|entry| entry.name.clone())).collect();
-    check_names(reader, &tissue_names);
+    check_names(reader, "tissues", &tissue_names);
     let meshes: Vec<_> =
         mesh_tables.iter().map(|(name, table)| read_mesh(reader, name, *table, &tissue_names)).collect();
     let surfaces: Vec<_> =
@@ -167,48 +168,13 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
     let imprints = reader.sub_table(root, "imprints");
     let mut settings = relievo_detail::ImprintSettings { seed, ..Default::default() };
     reader.parameters(imprints, |parameter, value| settings.set(parameter.name, value).is_ok());
-    let colliders: Vec<_> = collider_tables
-        .iter()
-        .map(|(name, table)| read_collider(reader, name, *table, &object_names, &objects, settings))
-        .collect();
-    for (at, collider) in colliders.iter().enumerate() {
-        let Some(collider) = collider else { continue };
-        let same = |other: &&ColliderEntry| {
-            let overlap = other.from < collider.until && collider.from < other.until;
-            other.object == collider.object && overlap && other.into.iter().any(|into| collider.into.contains(into))
-        };
-        if let Some(other) = colliders[..at].iter().flatten().find(same) {
-            reader.fault(
-                Diagnostic::new(collider.name.span.clone(), "two colliders press the same object into the same other")
-                    .relate(other.name.span.clone(), "the other one")
-                    .advise("remove one, or let them act at different times with `from` and `until`"),
-            );
-        }
-    }
-    for collider in colliders.iter().flatten().filter(|collider| collider.tool.is_some()) {
-        let own = |body: &&BodyEntry| body.object == collider.object && body.motion == Motion::Dynamic;
-        if let Some(body) = bodies.iter().flatten().find(own) {
-            reader.fault(
-                Diagnostic::new(
-                    collider.name.span.clone(),
-                    "physics and the force of `tool` would move the same object",
-                )
-                .relate(body.name.span.clone(), "the body")
-                .advise("give the body keyframes, remove it, or remove `tool`"),
-            );
-        }
-        let also = |other: &&ColliderEntry| {
-            let overlap = other.from < collider.until && collider.from < other.until;
-            other.object == collider.object && other.name != collider.name && overlap
-        };
-        if let Some(other) = colliders.iter().flatten().find(also) {
-            reader.fault(
-                Diagnostic::new(collider.name.span.clone(), "a tool can be pressed into one object at a time only")
-                    .relate(other.name.span.clone(), "the same object presses here as well")
-                    .advise("remove one, or let them act at different times with `from` and `until`"),
-            );
-        }
-    }
+    let crowds = reader.list(root, "crowds");
+    let crowds: Vec<_> = crowds.into_iter().map(|table| read_crowd(reader, table)).collect();
+    let crowd_names: Vec<_> = crowds.iter().map(|entry| entry.as_ref().and_then(|entry| entry.name.clone())).collect();
+    check_names(reader, "crowds", &crowd_names);
+    let known = Known { objects: &object_names, entries: &objects, crowds: &crowd_names };
+    let (colliders, crowd_colliders) = read_colliders(reader, &collider_tables, &known, settings);
+    check_colliders(reader, &colliders, &crowd_colliders, &bodies);
     let stamp_tables = reader.named(root, "stamps");
     let stamp_names = Names::new("stamps", &stamp_tables);
     let stamps: Vec<_> = stamp_tables.iter().map(|(name, table)| read_stamp(reader, name, *table)).collect();
@@ -221,8 +187,6 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
     let decals = reader.list(root, "decals");
     let decals: Vec<_> =
         decals.into_iter().map(|table| read_decal(reader, table, &object_names, &objects, up)).collect();
-    let crowds = reader.list(root, "crowds");
-    let crowds: Vec<_> = crowds.into_iter().map(|table| read_crowd(reader, table)).collect();
     let physics = reader.sub_table(root, "physics");
     let physics = PhysicsEntry {
         gravity: reader.optional_vector(physics, "gravity").map_or(up.direction() * (-9.81 / metres), DVec3::from),
@@ -248,6 +212,7 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
         objects: objects.into_iter().collect::<Option<_>>()?,
         bodies: bodies.into_iter().collect::<Option<_>>()?,
         colliders: colliders.into_iter().collect::<Option<_>>()?,
+        crowd_colliders: crowd_colliders.into_iter().collect::<Option<_>>()?,
         strokes: strokes.into_iter().collect::<Option<_>>()?,
         riders: riders.into_iter().collect::<Option<_>>()?,
         stamps: stamps.into_iter().collect::<Option<_>>()?,
@@ -262,13 +227,13 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
     })
 }
 
-/// Notes tissues of the same name.
-fn check_names(reader: &mut Reader, names: &[Option<Name>]) {
+/// Notes entries of a list that have the same name.
+fn check_names(reader: &mut Reader, kind: &str, names: &[Option<Name>]) {
     for (at, name) in names.iter().enumerate() {
         let Some(name) = name else { continue };
         if let Some(other) = names[..at].iter().flatten().find(|other| other.text == name.text) {
             reader.fault(
-                Diagnostic::new(name.span.clone(), format!("two tissues are called `{}`", name.text))
+                Diagnostic::new(name.span.clone(), format!("two {kind} are called `{}`", name.text))
                     .relate(other.span.clone(), "the other one")
                     .advise("give each a name of its own"),
             );
@@ -563,97 +528,6 @@ fn read_object(
         detail,
         document,
     })
-}
-
-fn read_collider(
-    reader: &mut Reader,
-    name: &Name,
-    table: Table,
-    objects: &Names,
-    entries: &[Option<ObjectEntry>],
-    mut settings: relievo_detail::ImprintSettings,
-) -> Option<ColliderEntry> {
-    let object = own_object(reader, name, table, objects);
-    let (from, until) = (reader.number(table, "from"), reader.number(table, "until"));
-    if until <= from {
-        reader.fault(
-            Diagnostic::new(table.span_of("until"), "the collider ends before it begins")
-                .relate(table.span_of("from"), "it begins here")
-                .advise("make `until` later than `from`"),
-        );
-    }
-    let deformable = |index: usize| entries.get(index).and_then(Option::as_ref).is_none_or(|entry| entry.deformable);
-    let into = match reader.texts(table, "into") {
-        None => (0..entries.len()).filter(|index| deformable(*index) && Some(*index) != object).collect(),
-        Some(names) => {
-            let mut list = Vec::new();
-            for into in &names {
-                let Some(index) = objects.find(reader, into) else { continue };
-                if Some(index) == object {
-                    reader.fault(
-                        Diagnostic::new(into.span.clone(), format!("`{}` cannot press into itself", into.text))
-                            .advise("name another object"),
-                    );
-                } else if !deformable(index) {
-                    reader.fault(
-                        Diagnostic::new(into.span.clone(), format!("`{}` is not deformable", into.text))
-                            .advise("give that object a `surface`, and leave out its `role`"),
-                    );
-                } else {
-                    list.push(index);
-                }
-            }
-            list
-        }
-    };
-    if into.is_empty() && !table.has("into") {
-        reader.fault(
-            Diagnostic::new(name.span.clone(), "there is nothing deformable to press into")
-                .advise("give another object a `surface`"),
-        );
-    }
-    reader.parameters(table, |parameter, value| settings.set(parameter.name, value).is_ok());
-    let tool = if table.has("tool") { read_tool(reader, table, name) } else { None };
-    if tool.is_some() {
-        let surface = |entry: &ObjectEntry| matches!(entry.geometry, Geometry::Surface(_));
-        if object.and_then(|object| entries.get(object)?.as_ref()).is_some_and(surface) {
-            reader.fault(
-                Diagnostic::new(table.span_of("tool"), "a tool must be rigid, and this object shows a surface")
-                    .advise("give the object a `mesh`"),
-            );
-        }
-        if into.len() > 1 {
-            reader.fault(
-                Diagnostic::new(table.span_of("tool"), "a tool can be pressed into one object only")
-                    .advise("name one object in `into`"),
-            );
-        }
-    }
-    Some(ColliderEntry { name: name.clone(), object: object?, into, from, until, settings, tool })
-}
-
-fn read_tool(reader: &mut Reader, table: Table, name: &Name) -> Option<ToolEntry> {
-    let span = table.span_of("tool");
-    let tool = reader.sub_table(table, "tool");
-    let mut settings = relievo_detail::tool::ToolSettings::default();
-    reader.parameters(tool, |parameter, value| settings.set(parameter.name, value).is_ok());
-    match reader.optional_vector(tool, "force").map(DVec3::from) {
-        Some(force) if force != DVec3::ZERO => Some(ToolEntry { force, settings }),
-        Some(_) => {
-            reader.fault(
-                Diagnostic::new(tool.span_of("force"), "a force of zero has no direction")
-                    .advise("let the collider act at other times with `from` and `until`"),
-            );
-            None
-        }
-        None => {
-            reader.fault(
-                Diagnostic::new(span, format!("the tool `{}` has no force", name.text))
-                    .advise("give `force = [0, 0, -30]`, in newtons"),
-            );
-            None
-        }
-    }
 }
 
 #[cfg(test)]

@@ -692,8 +692,9 @@ pub static DECAL_PIN: Section = Section {
 pub static CROWD: Section = Section {
     name: "crowds",
     help: "Agents of an articulated or static model, `[[crowds]]` each, in pictures by the ray caster. Each is drawn with \
-           as few triangles as its pixels need in its pose",
+           as few triangles as its pixels need in its pose. Agents press into surfaces if a collider names the crowd",
     keys: &[
+        key("name", Kind::Text, "", "", "Its name, by which `crowd` of a collider calls it"),
         key(
             "file",
             Kind::Path,
@@ -971,7 +972,7 @@ pub static TOOL: Section = Section {
 /// `[colliders.NAME]`
 pub static COLLIDER: Section = Section {
     name: "colliders.NAME",
-    help: "Which object leaves imprints in which others",
+    help: "Which object leaves imprints in which others, or which crowd",
     keys: &[
         key(
             "object",
@@ -980,6 +981,22 @@ pub static COLLIDER: Section = Section {
             "",
             "The object that presses; left out, the object of the collider's name. Holes of its mesh are covered, so that \
              it is solid inside; a sheet is solid behind its front",
+        ),
+        key(
+            "crowd",
+            Kind::Text,
+            "",
+            "",
+            "The `name` of the crowd whose agents press, in place of an object. Each agent is a collider in its pose, where it \
+             walks. Crowds press after objects",
+        ),
+        key(
+            "triangles",
+            Kind::Whole(1, 100_000_000),
+            "5000",
+            "",
+            "Triangles of an agent of a crowd that presses at most: all press with the finest level of the model that has no \
+             more, or else with its coarsest",
         ),
         key(
             "into",

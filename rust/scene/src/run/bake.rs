@@ -24,6 +24,7 @@ use crate::run::refusals::Refusals;
 use crate::run::riders;
 use crate::run::row;
 use crate::run::strokes;
+use crate::run::treading;
 use crate::run::way::{Pair, Way, settings_of};
 use crate::state::blocks;
 use crate::state::world::{Item, World};
@@ -143,6 +144,8 @@ impl Baker {
                 };
                 changes.report.merge(report);
             }
+            let Changes { report, refusals, .. } = &mut changes;
+            treading::press(context, &mut self.imprinter, world, &way, (report, refusals))?;
         }
         world.place(&last)?;
         changes.posed = animated(world);

@@ -20,7 +20,12 @@ pub(crate) struct Pair {
 
 /// How a collider presses in each of the `parts` of its way.
 pub(crate) fn settings_of(pair: &Pair, parts: u32) -> ImprintSettings {
-    let mut settings = pair.settings;
+    part_of(&pair.settings, parts)
+}
+
+/// As [`settings_of`], from the settings for the whole way.
+pub(crate) fn part_of(whole: &ImprintSettings, parts: u32) -> ImprintSettings {
+    let mut settings = *whole;
     // The limit holds for a sweep; what a frame's sweeps do adds up.
     if settings.depth_limit < ImprintSettings::default().depth_limit {
         settings.depth_limit /= parts as f32;

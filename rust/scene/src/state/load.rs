@@ -165,7 +165,13 @@ impl World {
             let loaded = context.stats().time("load.crowds", || walking::Loaded::new(context, &paths, &scene, entry));
             loaded.map_err(|error| refuse(Diagnostic::from_error(entry.file.span.clone(), &error)))
         });
-        let crowds = crowds.collect::<std::result::Result<_, _>>()?;
+        let crowds = crowds.collect::<std::result::Result<Vec<_>, _>>()?;
+        let pressing = scene.crowd_colliders.iter().map(|entry| {
+            let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
+            let crowd = (&crowds[entry.crowd], &scene.crowds[entry.crowd]);
+            walking::Pressing::new(context, &paths, crowd, entry).map_err(fault)
+        });
+        let pressing = pressing.collect::<std::result::Result<_, _>>()?;
         let start = transforms.clone();
         let begun = items.iter().map(|item| match item {
             Item::Surface(surface) => surface.time(),
@@ -178,6 +184,7 @@ impl World {
             stamps,
             stickers,
             crowds,
+            pressing,
             physics,
             assets,
             items,

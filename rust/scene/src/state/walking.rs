@@ -1,9 +1,10 @@
 //! Crowds of a scene: agents of an articulated model, which pictures draw by the triangles that the view deserves.
 //!
 //! Agents are in no cache: where they are follows from the time alone. The ray caster draws them, in scenes for graphics
-//! devices too; `relievo crowd render` draws them on devices as well.
+//! devices too; `relievo crowd render` draws them on devices as well. Crowds that a collider names press into surfaces.
 
 mod device;
+mod pressing;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -20,10 +21,12 @@ use relievo_crowd::{
 use relievo_render as render;
 
 pub use self::device::{DeviceCounts, DeviceStandIns};
+pub(crate) use self::pressing::Pressing;
 pub use relievo_crowd::Look;
 
 use crate::format::description::{CrowdEntry, Scene};
 use crate::state::paths::Paths;
+use crate::state::world::World;
 
 /// Radii of the largest agent within which agents out of sight hide the sky: beyond, one hides at most a sixty-fourth of it.
 const AROUND: f32 = 8.0;
@@ -68,11 +71,41 @@ impl Loaded {
 
     /// Returns the agents at a time, seconds, in the space of the scene.
     fn agents(&self, time: f64) -> impl Iterator<Item = Agent> + '_ {
-        self.walkers.iter().map(move |walker| {
-            let agent = walker.at(time);
-            Agent { transform: self.space * agent.transform, ..agent }
-        })
+        self.walkers.iter().map(move |walker| self.placed(walker.at(time)))
     }
+
+    /// Returns an agent in the space of the scene.
+    fn placed(&self, agent: Agent) -> Agent {
+        Agent { transform: self.space * agent.transform, ..agent }
+    }
+
+    /// Returns the number of agents.
+    pub fn len(&self) -> usize {
+        self.walkers.len()
+    }
+}
+
+impl World {
+    /// Makes a crowd of the scene, with its agents where they are at the start.
+    ///
+    /// # Errors
+    /// There is no crowd of this number.
+    pub fn crowd(&self, index: usize) -> Result<Crowd> {
+        self.crowds().get(index).ok_or_else(|| missing(index))?.crowd(0.0)
+    }
+
+    /// Moves the agents of a crowd that [`Self::crowd`] made to where they are at `time` seconds.
+    ///
+    /// # Errors
+    /// There is no crowd of this number, or `crowd` is another one.
+    pub fn walk(&self, index: usize, time: f64, crowd: &mut Crowd) -> Result<()> {
+        let loaded = self.crowds().get(index).ok_or_else(|| missing(index))?;
+        (0..).zip(loaded.agents(time)).try_for_each(|(agent, walker)| crowd.set(agent, walker))
+    }
+}
+
+fn missing(index: usize) -> Error {
+    Error::invalid(format!("the scene has no crowd {index}"))
 }
 
 /// Reads a crowd model, or builds it of a character.

@@ -11,7 +11,7 @@ use relievo_detail::{Action, Collider, DecayingObject, DisplacedObject, LayeredO
 use relievo_gpu::Device;
 use relievo_surface::Surface;
 
-use crate::format::description::{Geometry, Scene};
+use crate::format::description::{CrowdEntry, Geometry, Scene};
 use crate::out::output::Folder;
 use crate::state::assets::Assets;
 use crate::state::coat::Coat;
@@ -40,6 +40,8 @@ pub struct World {
     pub(super) stamps: Vec<Loaded>,
     pub(super) stickers: Vec<stickers::Loaded>,
     pub(super) crowds: Vec<walking::Loaded>,
+    /// The crowds that press, one for each of `crowd_colliders`.
+    pub(super) pressing: Vec<walking::Pressing>,
     pub(super) transforms: Vec<DAffine3>,
     /// Where the objects are at time 0.
     pub(super) start: Vec<DAffine3>,
@@ -92,6 +94,22 @@ impl World {
     /// Models and agents of the crowds.
     pub(crate) fn crowds(&self) -> &[walking::Loaded] {
         &self.crowds
+    }
+
+    /// What an object shows, for writing, the agents that collider `entry` of the crowds presses into it, and how they do.
+    pub(crate) fn item_and_crowd(
+        &mut self,
+        object: usize,
+        entry: usize,
+    ) -> Option<(&mut Item, &walking::Loaded, &walking::Pressing)> {
+        let crowd = self.scene.crowd_colliders.get(entry)?.crowd;
+        Some((self.items.get_mut(object)?, self.crowds.get(crowd)?, self.pressing.get(entry)?))
+    }
+
+    /// Returns the agents that collider `entry` of the crowds presses, and how they do.
+    pub(crate) fn crowd_that_presses(&self, entry: usize) -> Option<(&walking::Loaded, &walking::Pressing)> {
+        let crowd = self.scene.crowd_colliders.get(entry)?.crowd;
+        Some((self.crowds.get(crowd)?, self.pressing.get(entry)?))
     }
 
     /// Has a graphics device make imprints on surfaces, and dabs on surfaces and meshes, from now on, or the processor
@@ -216,23 +234,27 @@ impl World {
                 format!("object `{name}`: {sides} sides of faces meet at non-manifold edges and stay undisplaced there")
             })
         });
-        let open = self.scene.colliders.iter().filter_map(|entry| {
-            let collider = self.colliders.get(entry.object)?.as_ref()?;
-            let name = &entry.name.text;
-            (!collider.is_closed()).then(|| {
-                let count = collider.open_edges();
-                if collider.is_sheet() {
-                    format!(
-                        "collider `{name}`: its mesh is a sheet with {count} open edges, so it is solid behind the front of \
-                         its faces; turn them over if it leaves no imprint"
-                    )
-                } else {
-                    format!(
-                        "collider `{name}`: its mesh has {count} open edges; their holes are covered to make it solid, and \
-                         `relievo mesh repair FILE -o FILE` closes them in the file"
-                    )
-                }
-            })
+        let objects_that_press = self
+            .scene
+            .colliders
+            .iter()
+            .filter_map(|entry| Some((&entry.name.text, self.colliders.get(entry.object)?.as_ref()?)));
+        let crowds = self.scene.crowd_colliders.iter().zip(&self.pressing);
+        let crowds_that_press = crowds.map(|(entry, pressing)| (&entry.name.text, pressing.collider()));
+        let open = objects_that_press.chain(crowds_that_press).filter(|(_, collider)| !collider.is_closed());
+        let open = open.map(|(name, collider)| {
+            let count = collider.open_edges();
+            if collider.is_sheet() {
+                format!(
+                    "collider `{name}`: its mesh is a sheet with {count} open edges, so it is solid behind the front of \
+                     its faces; turn them over if it leaves no imprint"
+                )
+            } else {
+                format!(
+                    "collider `{name}`: its mesh has {count} open edges; their holes are covered to make it solid, and \
+                     `relievo mesh repair FILE -o FILE` closes them in the file"
+                )
+            }
         });
         let documents = self.documents.iter().zip(&self.scene.objects).flat_map(|(document, object)| {
             let notes = document.iter().flat_map(|(_, notes)| notes);
@@ -490,6 +512,12 @@ impl World {
         let mut text = format!("{decisive:?}");
         if !scene.tissue.is_empty() {
             text.push_str(&format!("{:?}", scene.tissue));
+        }
+        if !scene.crowd_colliders.is_empty() {
+            let model = |entry: &CrowdEntry| (entry.file.clone(), entry.clip.clone(), entry.agents.clone());
+            let crowds: Vec<_> = scene.crowds.iter().map(model).collect();
+            let files: Vec<_> = self.pressing.iter().map(walking::Pressing::checksums).collect();
+            text.push_str(&format!("{:?}", (&scene.crowd_colliders, crowds, files, scene.metres)));
         }
         // FNV-1a of the text of all of it.
         text.bytes()

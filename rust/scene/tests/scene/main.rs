@@ -20,5 +20,7 @@ mod support;
 #[cfg(feature = "tissue")]
 mod tissue;
 mod traces;
+#[cfg(feature = "crowd")]
+mod treading;
 mod triangles;
 mod usd;
