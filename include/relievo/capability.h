@@ -23,7 +23,7 @@ typedef struct RlvCapability {
     uint32_t max_isolation;      /* levels that RlvSurfaceOptions may isolate features to */
     uint32_t reserved;
     uint64_t max_objects;     /* objects that may be alive at once */
-    char simd[RLV_NAME_SIZE]; /* instruction level of new contexts: "baseline", "avx2" or "avx512" */
+    char simd[RLV_NAME_SIZE]; /* instruction level of new contexts: "baseline", "avx2", "avx512" or "neon" */
 } RlvCapability;
 
 #define RLV_CAPABILITY_INIT {sizeof(RlvCapability), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0}}

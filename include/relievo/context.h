@@ -85,7 +85,7 @@ typedef struct RlvContextInfo {
     uint32_t threads; /* how many threads work, at least 1 */
     uint32_t reserved;
     uint64_t memory_limit;    /* as given */
-    char simd[RLV_NAME_SIZE]; /* instruction level: "baseline", "avx2" or "avx512" */
+    char simd[RLV_NAME_SIZE]; /* instruction level: "baseline", "avx2", "avx512" or "neon" */
     uint64_t device_memory_limit; /* bytes, as given */
     uint64_t device_memory;       /* bytes that buffers on the graphics device occupy */
     char adapter[RLV_TEXT_SIZE];  /* name of the graphics device that was opened, "" for none */

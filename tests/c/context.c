@@ -68,7 +68,8 @@ int main(void) {
     CHECK(info.threads == 2 && info.device == RLV_DEVICE_CPU && info.memory_limit == 1 << 20);
     CHECK(info.adapter[0] == 0 && info.fallback[0] == 0 && info.device_memory == 0);
     CHECK_OK(rlv_context_close_device(context));
-    CHECK(strcmp(info.simd, "baseline") == 0 || strcmp(info.simd, "avx2") == 0 || strcmp(info.simd, "avx512") == 0);
+    CHECK(strcmp(info.simd, "baseline") == 0 || strcmp(info.simd, "avx2") == 0 || strcmp(info.simd, "avx512") == 0 ||
+          strcmp(info.simd, "neon") == 0);
 
     /* References. */
     CHECK_OK(rlv_context_retain(context));

@@ -4,6 +4,8 @@
 //! A kernel is `#[inline(always)]` and generic in [`Lanes`], and [`dispatch_simd!`](crate::dispatch_simd) compiles it
 //! at each level. Minimum and maximum give the second argument where one is not a number, at every level.
 
+#[cfg(target_arch = "aarch64")]
+mod neon;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 

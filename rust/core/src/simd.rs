@@ -61,6 +61,8 @@ pub fn finish_streams() {
 pub enum Level {
     /// What every 64-bit processor of the target has.
     Baseline,
+    /// NEON, which every AArch64 processor has.
+    Neon,
     /// AVX2, FMA and F16C.
     Avx2,
     /// AVX-512 F, DQ, BW and VL on top of AVX2.
@@ -68,13 +70,28 @@ pub enum Level {
 }
 
 impl Level {
-    /// The levels and their names, as the environment variable `RELIEVO_SIMD` takes them.
+    /// The levels of this architecture and their names, lowest first, as the environment variable `RELIEVO_SIMD` takes
+    /// them.
+    #[cfg(target_arch = "x86_64")]
     pub const NAMES: [(Level, &'static str); 3] =
         [(Level::Baseline, "baseline"), (Level::Avx2, "avx2"), (Level::Avx512, "avx512")];
+    /// The levels of this architecture and their names, lowest first, as the environment variable `RELIEVO_SIMD` takes
+    /// them.
+    #[cfg(target_arch = "aarch64")]
+    pub const NAMES: [(Level, &'static str); 2] = [(Level::Baseline, "baseline"), (Level::Neon, "neon")];
+    /// The levels of this architecture and their names, lowest first, as the environment variable `RELIEVO_SIMD` takes
+    /// them.
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    pub const NAMES: [(Level, &'static str); 1] = [(Level::Baseline, "baseline")];
 
     /// The name of this level.
     pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize].1
+        match self {
+            Level::Baseline => "baseline",
+            Level::Neon => "neon",
+            Level::Avx2 => "avx2",
+            Level::Avx512 => "avx512",
+        }
     }
 
     /// The best level of this processor.
@@ -94,7 +111,7 @@ impl Level {
                 return Level::Avx2;
             }
         }
-        Level::Baseline
+        if cfg!(target_arch = "aarch64") { Level::Neon } else { Level::Baseline }
     }
 
     /// The level that `RELIEVO_SIMD` names, or the best one.
@@ -112,7 +129,7 @@ impl Level {
                 .advise(format!("use {} or less", best.name()))),
             None => Err(Error::invalid(format!("unknown instruction level {name:?}"))
                 .at("RELIEVO_SIMD")
-                .advise("use baseline, avx2 or avx512")),
+                .advise(format!("use one of {}", Self::NAMES.map(|(_, name)| name).join(", ")))),
         }
     }
 }
@@ -127,6 +144,10 @@ pub trait Arithmetic: Copy {
 #[derive(Clone, Copy, Debug)]
 pub struct Baseline(pub(crate) ());
 
+/// [`Level::Neon`]: multiplies and adds with one rounding.
+#[derive(Clone, Copy, Debug)]
+pub struct Neon(pub(crate) ());
+
 /// [`Level::Avx2`]: multiplies and adds with one rounding.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(pub(crate) ());
@@ -140,10 +161,23 @@ impl Baseline {
     pub const VECTORS: Self = Self(());
 }
 
+#[cfg(target_arch = "aarch64")]
+impl Neon {
+    /// The vectors that every processor of the architecture has.
+    pub const VECTORS: Self = Self(());
+}
+
 impl Arithmetic for Baseline {
     #[inline(always)]
     fn fma(a: f32, b: f32, c: f32) -> f32 {
         a * b + c
+    }
+}
+
+impl Arithmetic for Neon {
+    #[inline(always)]
+    fn fma(a: f32, b: f32, c: f32) -> f32 {
+        a.mul_add(b, c)
     }
 }
 
@@ -211,8 +245,13 @@ macro_rules! dispatch_simd {
                     $crate::simd::Level::Avx512 => return unsafe { avx512($($arg),*) },
                     // SAFETY: `best()` found AVX2, FMA and F16C on this processor.
                     $crate::simd::Level::Avx2 => return unsafe { avx2($($arg),*) },
-                    $crate::simd::Level::Baseline => {}
+                    $crate::simd::Level::Baseline | $crate::simd::Level::Neon => {}
                 }
+            }
+            // Every processor of this architecture has the level, so that it needs no function of its own.
+            #[cfg(all(target_arch = "aarch64", not(fuzzing)))]
+            if level > $crate::simd::Level::Baseline {
+                return $body($crate::simd::Neon::VECTORS, $($arg),*);
             }
             let _ = level;
             $body($crate::simd::Baseline::VECTORS, $($arg),*)

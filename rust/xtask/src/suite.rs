@@ -128,7 +128,7 @@ fn mpi() -> Outcome {
 }
 
 /// Runs tests in Rust. The causes are the messages of tests that fail.
-fn watch_tests(command: &mut Command) -> Outcome {
+pub fn watch_tests(command: &mut Command) -> Outcome {
     let mut fails = false;
     watch(command, |line| {
         fails = (fails || line == "failures:") && !line.starts_with("test result:");
@@ -147,6 +147,7 @@ pub fn surroundings(test: &mut Command) {
 /// Folders of crates with kernels that are compiled for several instruction levels.
 const KERNELS: [&str; 7] = ["core", "surface", "tiles", "detail", "lod", "fluid", "tissue"];
 /// Those of them that are tested at levels in between, where only the number of lanes differs.
+#[cfg(target_arch = "x86_64")]
 const LANES: [&str; 4] = ["core", "surface", "tiles", "fluid"];
 
 /// Runs the tests of kernels at the instruction levels below this processor's best, without graphics devices, which the stage
@@ -159,7 +160,7 @@ fn lower_levels() -> Outcome {
         ("avx2", is_x86_feature_detected!("avx512f"), &LANES),
     ];
     #[cfg(not(target_arch = "x86_64"))]
-    let levels: [(&str, bool, &[&str]); 0] = [];
+    let levels: [(&str, bool, &[&str]); 1] = [("baseline", cfg!(target_arch = "aarch64"), &KERNELS)];
     let mut failed = Vec::new();
     for (level, _, crates) in levels.iter().filter(|(_, below, _)| *below) {
         let built = built_tests(crates)?;

@@ -23,6 +23,9 @@ const PARALLEL: [&[u8]; 2] = [b"GOMP_", b"omp_"];
 pub fn made(original: &[u8]) -> Result<Vec<u8>, String> {
     let mut builder = Builder::read(original).map_err(|error| error.to_string())?;
     for symbol in &mut builder.dynamic_symbols {
+        // Linkers for AArch64 leave symbols of sections there, which nothing looks up: in the new table of hashes they would
+        // have a place.
+        symbol.delete |= symbol.st_type() == elf::STT_SECTION;
         if let Some(name) = renamed(&symbol.name) {
             symbol.name = name.into();
         }
