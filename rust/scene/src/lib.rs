@@ -14,5 +14,5 @@ pub use out::df3;
 #[cfg(feature = "decal")]
 pub use out::overlap;
 pub use out::{export, output, picture, povray, showing, stages, tessellation};
-pub use run::{bake, cache, foam, refusals, replay, stepper, trace};
+pub use run::{cache, foam, refusals, replay, simulate, stepper, trace};
 pub use state::{assets, isosurface, keyframe, paths, physics, shapes, tissue, triangles, walking, world};

@@ -1,6 +1,5 @@
 //! What a run does to the world frame after frame, and the cache that remembers it.
 
-pub mod bake;
 pub mod cache;
 #[cfg_attr(not(feature = "fluid"), path = "run/foam_absent.rs")]
 pub mod foam;
@@ -11,6 +10,7 @@ pub mod refusals;
 pub mod replay;
 pub(crate) mod riders;
 pub(crate) mod row;
+pub mod simulate;
 pub mod stepper;
 pub(crate) mod strokes;
 pub mod trace;

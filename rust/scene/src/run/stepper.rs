@@ -20,11 +20,11 @@ use crate::out::picture::Studio;
 use crate::out::pictures::write_pictures;
 use crate::out::povray;
 use crate::out::stages::{self, Stages};
-use crate::run::bake::{self, Baker, Changes};
 use crate::run::cache::{Cache, Frame, Identity, State};
 use crate::run::foam;
 use crate::run::folds;
 use crate::run::refusals::Refusals;
+use crate::run::simulate::{self, Changes, Simulator};
 use crate::run::trace::Trace;
 use crate::state::documents;
 use crate::state::tissue;
@@ -200,7 +200,7 @@ const ON_DEVICE: u32 = 1 << 8;
 #[derive(Debug)]
 pub struct Stepper {
     world: World,
-    baker: Baker,
+    simulator: Simulator,
     cache: Cache,
     /// The cached form of the state the world is in.
     current: Option<Frame>,
@@ -238,7 +238,7 @@ impl Stepper {
         let cache = Cache::new(&folder.path().join(CACHE_FOLDER), identity)?;
         Ok(Self {
             world,
-            baker: Baker::default(),
+            simulator: Simulator::default(),
             cache,
             current: None,
             studio: None,
@@ -309,7 +309,7 @@ impl Stepper {
             }
         }
         let changes = if frame == 0 {
-            self.baker.start(context, &mut self.world)?
+            self.simulator.start(context, &mut self.world)?
         } else {
             // After opened frames the bodies are still where they began.
             context.stats().time("physics.replay", || {
@@ -317,10 +317,10 @@ impl Stepper {
                     self.world.physics.advance();
                 }
             });
-            self.baker.advance(context, &mut self.world, frame)?
+            self.simulator.advance(context, &mut self.world, frame)?
         };
         let _stage = context.stats().begin("cache.write");
-        let blocks = bake::blocks(context, &self.world, &changes)?;
+        let blocks = simulate::blocks(context, &self.world, &changes)?;
         let baked = self.cache.write(context, frame, self.world.transforms(), self.current.as_ref(), &blocks)?;
         self.current = Some(baked);
         self.summary.baked += 1;
@@ -337,10 +337,10 @@ impl Stepper {
     /// Opens a baked frame, whichever frame the world is at.
     ///
     /// # Errors
-    /// Fails as [`Cache::open`] and [`bake::restore`].
+    /// Fails as [`Cache::open`] and [`simulate::restore`].
     pub fn open(&mut self, context: &Context, frame: u32) -> relievo_core::Result<Changes> {
         let opened = self.cache.open(context, frame)?;
-        let changes = bake::restore(context, &mut self.world, &opened, self.current.as_ref())?;
+        let changes = simulate::restore(context, &mut self.world, &opened, self.current.as_ref())?;
         self.current = Some(opened);
         self.summary.opened += 1;
         Ok(changes)
@@ -418,7 +418,7 @@ impl Stepper {
             progress.step(index as f32 / count as f32, &format!("mesh of frame {frame}"))?;
             if count > 1 {
                 let opened = self.cache.open(context, *frame)?;
-                bake::restore(context, &mut self.world, &opened, self.current.as_ref())?;
+                simulate::restore(context, &mut self.world, &opened, self.current.as_ref())?;
                 self.current = Some(opened);
             }
             stages.add(context, &self.world, *frame, &mut writer)?;

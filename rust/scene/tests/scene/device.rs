@@ -8,8 +8,8 @@ use relievo_core::Context;
 use relievo_core::progress::Silent;
 use relievo_gpu::Device;
 use relievo_render::{Picture, compare_geometry};
-use relievo_scene::bake::{Baker, Changes};
 use relievo_scene::file::parse;
+use relievo_scene::simulate::{Changes, Simulator};
 use relievo_scene::stepper::{RunOptions, run, run_baked};
 use relievo_scene::world::{Item, World};
 
@@ -95,9 +95,9 @@ fn the_demo_on_a_graphics_device_is_that_of_the_processor() {
     let context = Context::serial();
     let frames = |device: Option<&Device>| {
         let mut world = world(&context, device);
-        let mut baker = Baker::default();
-        let mut all = vec![baker.start(&context, &mut world).unwrap()];
-        all.extend((1..20).map(|frame| baker.advance(&context, &mut world, frame).unwrap()));
+        let mut simulator = Simulator::default();
+        let mut all = vec![simulator.start(&context, &mut world).unwrap()];
+        all.extend((1..20).map(|frame| simulator.advance(&context, &mut world, frame).unwrap()));
         assert_eq!(world.take_device_faults(), Vec::<String>::new());
         (world, all)
     };
@@ -179,10 +179,10 @@ fn pairs_of_a_frame_on_triangle_meshes_are_one_submission_beside_that_of_surface
     let frames = |device: Option<&Device>| {
         let mut world = World::new(&context, parse("field.toml".as_ref(), FIELD).unwrap(), &[]).unwrap();
         world.use_device(device).unwrap();
-        let mut baker = Baker::default();
-        baker.start(&context, &mut world).unwrap();
+        let mut simulator = Simulator::default();
+        simulator.start(&context, &mut world).unwrap();
         context.stats().take();
-        let all: Vec<_> = (1..4).map(|frame| baker.advance(&context, &mut world, frame).unwrap()).collect();
+        let all: Vec<_> = (1..4).map(|frame| simulator.advance(&context, &mut world, frame).unwrap()).collect();
         assert_eq!(world.take_device_faults(), Vec::<String>::new());
         let stages = context.stats().take();
         (world, all, stages.iter().filter(|event| event.stage == "imprint.device.submit").count())

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Mesh, Progress};
-use relievo_scene::bake;
 use relievo_scene::cache::{Cache, Identity};
 use relievo_scene::diagnostic::Failure;
 use relievo_scene::file::read_file;
+use relievo_scene::simulate;
 use relievo_scene::stepper::{RunOptions, Summary, run};
 use relievo_scene::world::{Item, World};
 
@@ -218,7 +218,7 @@ fn strokes_are_made_at_their_time_and_kept_in_the_cache() {
     let mut current = None;
     for frame in [5, 2, 3, 0] {
         let opened = cache.open(&context, frame).unwrap();
-        bake::restore(&context, &mut world, &opened, current.as_ref()).unwrap();
+        simulate::restore(&context, &mut world, &opened, current.as_ref()).unwrap();
         current = Some(opened);
         let Item::Surface(surface) = &world.items()[0] else { panic!("the ground is a surface") };
         let place = surface.nearest(&context, glam::DVec3::new(0.0, -0.3, 0.0), 1.0).unwrap().unwrap();
@@ -425,7 +425,7 @@ fn scrubbing_to_any_frame_shows_that_frame() {
     let mut current = None;
     for frame in [5, 0, 3, 1, 5, 2, 0, 3] {
         let opened = cache.open(&context, frame).unwrap();
-        bake::restore(&context, &mut world, &opened, current.as_ref()).unwrap();
+        simulate::restore(&context, &mut world, &opened, current.as_ref()).unwrap();
         let now = state(&world);
         assert_eq!(seen.entry(frame).or_insert_with(|| now.clone()), &now, "frame {frame}");
         current = Some(opened);
@@ -684,10 +684,10 @@ fn baked(scene: &Path, text: &str) -> Vec<Vec<f32>> {
     std::fs::write(scene, text).unwrap();
     let context = context(2);
     let mut world = World::new(&context, read_file(scene).unwrap(), &[]).unwrap();
-    let mut baker = bake::Baker::default();
-    baker.start(&context, &mut world).unwrap();
+    let mut simulator = simulate::Simulator::default();
+    simulator.start(&context, &mut world).unwrap();
     for frame in 1..world.scene.output.frames {
-        baker.advance(&context, &mut world, frame).unwrap();
+        simulator.advance(&context, &mut world, frame).unwrap();
     }
     let Item::Surface(surface) = &world.items()[0] else { panic!("the first object is a surface") };
     let field = surface.displacement().field();

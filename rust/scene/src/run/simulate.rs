@@ -31,7 +31,7 @@ use crate::state::world::{Item, World};
 
 /// Makes the imprints of frame after frame.
 #[derive(Debug, Default)]
-pub struct Baker {
+pub struct Simulator {
     imprinter: Imprinter,
 }
 
@@ -84,7 +84,7 @@ impl Changes {
     }
 }
 
-impl Baker {
+impl Simulator {
     /// Presses the colliders in where they are at the beginning.
     ///
     /// # Errors
