@@ -82,7 +82,7 @@ fn test(shards: &[Shard], results: &mut Results) -> Outcome {
     let is_left = |verdict: &Verdict| matches!(verdict, Verdict::Unviable(_) | Verdict::Unwoven(_));
     let mut woven = drawn.clone();
     woven.retain(|_, mutant| !results.of(&mutant.name).is_some_and(is_left));
-    let tree = Tree::new()?;
+    let tree = Tree::new(drawn.len() + 1)?;
     let mut known: Vec<Known> = Vec::new();
     // What takes the shortest build comes first.
     let mut shards: Vec<&Shard> = shards.iter().collect();

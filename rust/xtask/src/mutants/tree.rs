@@ -29,6 +29,8 @@ pub struct Tree {
     folder: PathBuf,
     /// The files, from the folder of the workspace.
     files: Vec<String>,
+    /// The numbers of mutants are below it.
+    count: usize,
 }
 
 /// A mutant that is not run, and why.
@@ -43,7 +45,7 @@ fn fault(path: &Path, error: impl std::fmt::Display) -> String {
     format!("{}: {error}", path.display())
 }
 
-/// Returns a number that differs where the text of another file than this program's does.
+/// Returns a number that differs where the code does, except this program's.
 pub fn digest() -> Result<u64, String> {
     let mut hasher = DefaultHasher::new();
     let counts = |name: &&String| {
@@ -68,9 +70,10 @@ fn files() -> Result<Vec<String>, String> {
 }
 
 impl Tree {
-    /// Makes the copy below the folder that Cargo builds into, and begins its build with what Cargo has built.
-    pub fn new() -> Result<Self, String> {
-        let tree = Self { folder: target().join("mutants/tree"), files: files()? };
+    /// Makes the copy below the folder that Cargo builds into, for mutants of numbers below `count`, and begins its build
+    /// with what Cargo has built.
+    pub fn new(count: usize) -> Result<Self, String> {
+        let tree = Self { folder: target().join("mutants/tree"), files: files()?, count };
         let built = tree.target().join("release");
         if !built.exists() {
             println!("copying the build to {}", built.display());
@@ -91,7 +94,6 @@ impl Tree {
         packages: &[&str],
     ) -> Result<(BTreeMap<String, Vec<Mark>>, Vec<(u32, Left)>), String> {
         let crates: BTreeSet<String> = mutants.values().filter_map(|mutant| library(&mutant.file)).collect();
-        let count = mutants.keys().max().map_or(1, |most| *most as usize + 1);
         let programs: Vec<&str> = packages.iter().flat_map(|package| self.programs(package)).collect();
         let is_new = !self.folder.exists();
         let mut marks = BTreeMap::new();
@@ -111,7 +113,7 @@ impl Tree {
                 let sites: Vec<Site> = inside.iter().map(site).collect::<Result<_, String>>()?;
                 let mut woven = weave(text, &sites).map_err(|error| fault(&path, error))?;
                 if crates.contains(name) {
-                    woven.text.push_str(&module(count));
+                    woven.text.push_str(&module(self.count));
                 }
                 left.extend(woven.refused.iter().map(|(number, why)| (*number, Left::Unwoven((*why).to_owned()))));
                 marks.insert(name.clone(), woven.marks);
