@@ -70,7 +70,8 @@ pub fn run(names: &[String], count: usize, seed: u64) -> Outcome {
     if share < GOAL { Err(format!("{:.1} % are caught, below {:.0} %", share * 100.0, GOAL * 100.0)) } else { Ok(()) }
 }
 
-/// Builds the mutants into one copy of the workspace, and runs the tests on each that has no result.
+/// Builds the mutants into one copy of the workspace, and runs the tests of a shard after the other on mutants that have
+/// no result.
 fn test(shards: &[Shard], results: &mut Results) -> Outcome {
     let drawn: BTreeMap<u32, &Mutant> =
         shards.iter().flat_map(|shard| &shard.drawn).map(|(number, mutant)| (*number, mutant)).collect();
@@ -81,15 +82,27 @@ fn test(shards: &[Shard], results: &mut Results) -> Outcome {
     let is_left = |verdict: &Verdict| matches!(verdict, Verdict::Unviable(_) | Verdict::Unwoven(_));
     let mut woven = drawn.clone();
     woven.retain(|_, mutant| !results.of(&mutant.name).is_some_and(is_left));
-    let built = Tree::new()?.build(woven, &packages, |number, left| {
-        let verdict = match left {
-            Left::Unviable(why) => Verdict::Unviable(why),
-            Left::Unwoven(why) => Verdict::Unwoven(why),
-        };
-        drawn.get(&number).map_or(Ok(()), |mutant| results.add(&mutant.name, verdict))
-    })?;
-    let known: Vec<Known> = built.into_iter().map(know).collect::<Result<_, _>>()?;
+    let tree = Tree::new(drawn.len() + 1)?;
+    let mut known: Vec<Known> = Vec::new();
+    // What takes the shortest build comes first.
+    let mut shards: Vec<&Shard> = shards.iter().collect();
+    shards.sort_by_key(|shard| shard.tests.len());
     for shard in shards {
+        if shard.drawn.iter().all(|(_, mutant)| results.of(&mutant.name).is_some()) {
+            continue;
+        }
+        let built = tree.build(&mut woven, &packages, shard.tests, |number, left| {
+            let verdict = match left {
+                Left::Unviable(why) => Verdict::Unviable(why),
+                Left::Unwoven(why) => Verdict::Unwoven(why),
+            };
+            drawn.get(&number).map_or(Ok(()), |mutant| results.add(&mutant.name, verdict))
+        })?;
+        for test in built {
+            if !known.iter().any(|it| it.test == test) {
+                known.push(know(test)?);
+            }
+        }
         let of = |package: &&str| known.iter().filter(|known| known.test.package == **package).collect::<Vec<_>>();
         let tests: Vec<&Known> = shard.tests.iter().flat_map(of).collect();
         for (number, mutant) in &shard.drawn {

@@ -15,7 +15,7 @@ use crate::stage::{cargo, output, root, shown, target};
 use crate::suite::surroundings;
 
 /// A program with tests.
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 pub struct Test {
     /// The crate, as `SHARDS` names it.
     pub package: String,
@@ -29,6 +29,8 @@ pub struct Tree {
     folder: PathBuf,
     /// The files, from the folder of the workspace.
     files: Vec<String>,
+    /// The numbers of mutants are below it.
+    count: usize,
 }
 
 /// A mutant that is not run, and why.
@@ -43,7 +45,7 @@ fn fault(path: &Path, error: impl std::fmt::Display) -> String {
     format!("{}: {error}", path.display())
 }
 
-/// Returns a number that differs where the text of another file than this program's does.
+/// Returns a number that differs where the code does, except this program's.
 pub fn digest() -> Result<u64, String> {
     let mut hasher = DefaultHasher::new();
     let counts = |name: &&String| {
@@ -68,9 +70,10 @@ fn files() -> Result<Vec<String>, String> {
 }
 
 impl Tree {
-    /// Makes the copy below the folder that Cargo builds into, and begins its build with what Cargo has built.
-    pub fn new() -> Result<Self, String> {
-        let tree = Self { folder: target().join("mutants/tree"), files: files()? };
+    /// Makes the copy below the folder that Cargo builds into, for mutants of numbers below `count`, and begins its build
+    /// with what Cargo has built.
+    pub fn new(count: usize) -> Result<Self, String> {
+        let tree = Self { folder: target().join("mutants/tree"), files: files()?, count };
         let built = tree.target().join("release");
         if !built.exists() {
             println!("copying the build to {}", built.display());
@@ -91,12 +94,7 @@ impl Tree {
         packages: &[&str],
     ) -> Result<(BTreeMap<String, Vec<Mark>>, Vec<(u32, Left)>), String> {
         let crates: BTreeSet<String> = mutants.values().filter_map(|mutant| library(&mutant.file)).collect();
-        let manifest = |name: &'_ String| std::fs::read_to_string(root().join(name)).unwrap_or_default();
-        let manifests = self.files.iter().filter_map(|name| Some((package(name)?, manifest(name))));
-        let changed: Vec<&str> =
-            crates.iter().filter_map(|name| name.strip_prefix("rust/")?.split('/').next()).collect();
-        let above = above(&manifests.collect(), &changed);
-        let count = mutants.keys().max().map_or(1, |most| *most as usize + 1);
+        let programs: Vec<&str> = packages.iter().flat_map(|package| self.programs(package)).collect();
         let is_new = !self.folder.exists();
         let mut marks = BTreeMap::new();
         let mut left = Vec::new();
@@ -115,13 +113,21 @@ impl Tree {
                 let sites: Vec<Site> = inside.iter().map(site).collect::<Result<_, String>>()?;
                 let mut woven = weave(text, &sites).map_err(|error| fault(&path, error))?;
                 if crates.contains(name) {
-                    woven.text.push_str(&module(count));
+                    woven.text.push_str(&module(self.count));
                 }
                 left.extend(woven.refused.iter().map(|(number, why)| (*number, Left::Unwoven((*why).to_owned()))));
                 marks.insert(name.clone(), woven.marks);
                 changed = Some(woven.text.into_bytes());
-            } else if package(name).is_some_and(|it| above.contains(it) && !packages.contains(&it)) {
-                changed = Some(untested(&String::from_utf8_lossy(&bytes), name, &self.files).into_bytes());
+            } else if let Some(package) = package(name) {
+                let text = String::from_utf8_lossy(&bytes);
+                if !packages.contains(&package) {
+                    // Another crate's tests may have the same name.
+                    let has_same = self.programs(package).iter().any(|name| programs.contains(name));
+                    let untested = || text.replacen("[package]\n", "[package]\nautotests = false\n", 1);
+                    changed = has_same.then(|| untested().into_bytes());
+                } else if self.has_units(package) {
+                    changed = Some(with_units(&text, package).into_bytes());
+                }
             }
             let changed = changed.filter(|changed| *changed != bytes);
             put(&path, &self.folder.join(name), changed.as_deref().unwrap_or(&bytes), changed.is_some())?;
@@ -144,16 +150,17 @@ impl Tree {
         Ok(())
     }
 
-    /// Writes the files and builds the tests of `packages`, until all mutants that are left compile. `leave` hears of the
-    /// others.
+    /// Writes the files with their mutants and builds the tests of `tested`, which are among `packages`, until all mutants
+    /// in them compile. `leave` hears of the others, which go.
     pub fn build(
         &self,
-        mut mutants: BTreeMap<u32, &Mutant>,
+        mutants: &mut BTreeMap<u32, &Mutant>,
         packages: &[&str],
+        tested: &[&str],
         mut leave: impl FnMut(u32, Left) -> Result<(), String>,
     ) -> Result<Vec<Test>, String> {
         loop {
-            let (marks, left) = self.write(&mutants, packages)?;
+            let (marks, left) = self.write(mutants, packages)?;
             if !left.is_empty() {
                 for (number, why) in left {
                     mutants.remove(&number);
@@ -163,9 +170,12 @@ impl Tree {
             }
             let mut build = cargo();
             build.args(["test", "--release", "--no-run", "--message-format", "json"]);
-            build.args(["--workspace", "--lib"]);
-            for program in packages.iter().flat_map(|package| self.programs(package)) {
-                build.args(["--test", program]);
+            build.arg("--workspace");
+            for package in tested {
+                let units = self.has_units(package).then(|| units(package));
+                for name in self.programs(package).into_iter().map(str::to_owned).chain(units) {
+                    build.args(["--test", &name]);
+                }
             }
             build.current_dir(&self.folder).env("CARGO_TARGET_DIR", self.target());
             surroundings(&mut build);
@@ -175,7 +185,7 @@ impl Tree {
             let text = String::from_utf8_lossy(&ended.stdout);
             let messages = || text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
             if ended.status.success() {
-                return Ok(messages().filter_map(|message| self.test(&message, packages)).collect());
+                return Ok(messages().filter_map(|message| test(&message, tested)).collect());
             }
             let mut causes = BTreeMap::new();
             let mut unknown = String::new();
@@ -206,13 +216,20 @@ impl Tree {
         self.files.iter().filter_map(|file| Some(&file[folder.len()..folder.len() + name(file)?])).collect()
     }
 
-    /// Reads a message of Cargo about a program with tests of one of the crates.
-    fn test(&self, message: &Value, packages: &[&str]) -> Option<Test> {
-        let folder = PathBuf::from(message["manifest_path"].as_str()?).parent()?.to_owned();
-        let package = packages.iter().find(|package| folder.ends_with(Path::new("rust").join(package)))?;
-        let program = message["executable"].as_str().filter(|_| message["profile"]["test"] == true)?;
-        Some(Test { package: (*package).to_owned(), folder, program: program.into() })
+    /// Returns whether a crate has tests within its library.
+    fn has_units(&self, package: &str) -> bool {
+        let folder = format!("rust/{package}/src/");
+        let mut files = self.files.iter().filter(|name| name.starts_with(&folder) && name.ends_with(".rs"));
+        files.any(|name| std::fs::read_to_string(root().join(name)).is_ok_and(|text| text.contains("#[test]")))
     }
+}
+
+/// Reads a message of Cargo about a program with tests of one of the crates.
+fn test(message: &Value, packages: &[&str]) -> Option<Test> {
+    let folder = PathBuf::from(message["manifest_path"].as_str()?).parent()?.to_owned();
+    let package = packages.iter().find(|package| folder.ends_with(Path::new("rust").join(package)))?;
+    let program = message["executable"].as_str().filter(|_| message["profile"]["test"] == true)?;
+    Some(Test { package: (*package).to_owned(), folder, program: program.into() })
 }
 
 /// Returns the root of the library that a file belongs to.
@@ -226,32 +243,15 @@ fn package(file: &str) -> Option<&str> {
     file.strip_prefix("rust/")?.strip_suffix("/Cargo.toml")
 }
 
-/// Returns the crates of ours that are among `changed` or depend on them, of manifests by the crates' names.
-fn above(manifests: &BTreeMap<&str, String>, changed: &[&str]) -> BTreeSet<String> {
-    let mut above: BTreeSet<String> = changed.iter().map(|&name| name.to_owned()).collect();
-    loop {
-        let needs = |manifest: &str| {
-            let names = manifest.lines().filter_map(|line| line.strip_prefix("relievo-")?.split(['.', ' ']).next());
-            names.into_iter().any(|name| above.contains(name))
-        };
-        let more: Vec<&str> =
-            manifests.iter().filter(|(name, it)| !above.contains(**name) && needs(it)).map(|(name, _)| *name).collect();
-        if more.is_empty() {
-            return above;
-        }
-        above.extend(more.into_iter().map(str::to_owned));
-    }
+/// Returns the name of the program with the tests within a crate's library.
+fn units(package: &str) -> String {
+    format!("{package}_units")
 }
 
-/// Returns a manifest whose tests are not built. Only that of a crate that is built anew is changed: another would be, too.
-fn untested(manifest: &str, name: &str, files: &[String]) -> String {
-    let text = manifest.replacen("[package]\n", "[package]\nautotests = false\n", 1);
-    let has_library = files.contains(&name.replace("Cargo.toml", "src/lib.rs"));
-    match has_library && !text.contains("\ntest = ") {
-        true if text.contains("\n[lib]\n") => text.replacen("\n[lib]\n", "\n[lib]\ntest = false\n", 1),
-        true => text + "\n[lib]\ntest = false\n",
-        false => text,
-    }
+/// Returns a manifest with the tests within the library as a program of its own: Cargo has no name for those of one crate
+/// where it builds with the features of all.
+fn with_units(manifest: &str, package: &str) -> String {
+    format!("{manifest}\n[[test]]\nname = \"{}\"\npath = \"src/lib.rs\"\n", units(package))
 }
 
 /// Writes a file where the one that is there differs. One that is new has the time of the source, if it is like it, so that
