@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use relievo_render::{Image, write_png};
+use relievo_testing::{Limb, write_limbs};
 
 use display::{difference, is_possible, pictures, share, view};
 
@@ -129,31 +130,6 @@ impl Shape {
                 quad.reverse();
             }
             shape.faces.push(quad);
-        }
-        shape
-    }
-
-    /// Adds a box whose corners are turned about x at a height.
-    fn add_box(&mut self, low: [f64; 3], high: [f64; 3], angle: f64, pivot: f64) {
-        let first = self.points.len();
-        for corner in 0..8 {
-            let [x, y, z] = std::array::from_fn(|axis| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] });
-            let (sin, cos) = angle.sin_cos();
-            self.points.push([x, cos * y - sin * (z - pivot), pivot + sin * y + cos * (z - pivot)]);
-        }
-        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]];
-        self.faces.extend(sides.map(|side| side.map(|at| first + at).to_vec()));
-    }
-
-    /// A robot at a phase of its step.
-    fn robot(phase: f64) -> Self {
-        let mut shape = Self::default();
-        let swing = 0.45 * (TAU * phase).sin();
-        shape.add_box([-0.16, -0.1, 0.55], [0.16, 0.1, 1.0], 0.0, 0.0);
-        shape.add_box([-0.1, -0.1, 1.02], [0.1, 0.1, 1.22], 0.0, 0.0);
-        for (side, swing) in [(-0.09, swing), (0.09, -swing)] {
-            shape.add_box([side - 0.06, -0.06, 0.06], [side + 0.06, 0.06, 0.54], swing, 0.55);
-            shape.add_box([side - 0.06, -0.14, 0.0], [side + 0.06, 0.08, 0.07], swing, 0.55);
         }
         shape
     }
@@ -284,32 +260,77 @@ fn a_wave_breaks_with_foam() {
     assert!(share(&before, PLAYED, is_white) < 1e-4 && share(&breaking, PLAYED, is_white) > 5e-4);
 }
 
+/// Metres that a robot goes in a step, of half a second.
+const STEP: f32 = 0.48;
+
+/// A robot that walks with y up: a trunk with a head, and for each side a leg and a foot, which stays where it stands.
+fn robot() -> Vec<Limb> {
+    const HIP: f32 = 0.55;
+    let times: Vec<f32> = (0..=12).map(|at| at as f32 / 12.0).collect();
+    let still = vec![[0.0, 0.0, 0.0, 1.0]; times.len()];
+    let mut trunk = Limb {
+        places: times.iter().map(|time| [0.0, 0.015 * (2.0 * TAU as f32 * time).cos(), 0.0]).collect(),
+        turns: still.clone(),
+        times: times.clone(),
+        ..Limb::default()
+    };
+    trunk.add_box([-0.16, HIP, -0.1], [0.16, 1.0, 0.1]);
+    trunk.add_box([-0.1, 1.02, -0.1], [0.1, 1.22, 0.1]);
+    let mut limbs = vec![trunk];
+    for (side, ahead) in [(-0.09, 0.0), (0.09, 0.5)] {
+        // It stands for half of the time, and is lifted over the other half.
+        let place = |time: &f32| {
+            let phase = (time + ahead).fract();
+            let (height, along) = match phase < 0.5 {
+                true => (0.0, 0.5 - 2.0 * phase),
+                false => (0.12 * (TAU as f32 * (phase - 0.5)).sin(), 2.0 * (phase - 0.5) - 0.5),
+            };
+            [side, height, STEP * along]
+        };
+        let places: Vec<[f32; 3]> = times.iter().map(place).collect();
+        let lean = |[_, height, along]: &[f32; 3]| {
+            let half = 0.5 * (-along).atan2(HIP - height);
+            [half.sin(), 0.0, 0.0, half.cos()]
+        };
+        let mut leg = Limb {
+            times: times.clone(),
+            turns: places.iter().map(lean).collect(),
+            places: vec![[side, HIP, 0.0]; times.len()],
+            ..Limb::default()
+        };
+        leg.add_box([-0.06, -0.5, -0.06], [0.06, 0.02, 0.06]);
+        let mut foot = Limb { times: times.clone(), places, turns: still.clone(), ..Limb::default() };
+        foot.add_box([-0.06, 0.0, -0.08], [0.06, 0.07, 0.14]);
+        limbs.extend([leg, foot]);
+    }
+    limbs
+}
+
 #[test]
 fn robots_sink_into_sand() {
     if !is_possible() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    std::fs::create_dir(folder.path().join("walk")).unwrap();
-    for frame in 0..25 {
-        Shape::robot(f64::from(frame) / 12.0).write(&folder.path().join(format!("walk/{frame:04}.obj")));
-    }
+    write_limbs(&folder.path().join("robot.gltf"), &robot());
     let mut scene = String::from(
-        "version = 1\nfps = 12\n[meshes.sand]\nshape = \"plane\"\nsize = [5, 5, 1]\n[meshes.robot]\nsequence = \"walk/%04d.obj\"\n\
-         count = 25\n[surfaces.sand]\nmesh = \"sand\"\n[details]\ntile_size = 128\n[objects.sand]\nsurface = \"sand\"\n\
-         colour = [0.76, 0.6, 0.38]\n[imprints]\nmax_displacement = 0.3\nsmoothing = 0.3\nrim = 0.3\nrim_width = 0.08\nrepose = 34\n\
-         [output]\nframes = 25\npictures = []\n",
+        "version = 1\nfps = 12\n[meshes.sand]\nshape = \"plane\"\nsize = [5, 5, 1]\n[surfaces.sand]\nmesh = \"sand\"\n\
+         [details]\ntile_size = 128\n[objects.sand]\nsurface = \"sand\"\ncolour = [0.76, 0.6, 0.38]\n[imprints]\n\
+         max_displacement = 0.3\nsmoothing = 0.3\nrim = 0.3\nrim_width = 0.08\nrepose = 34\n[output]\nframes = 25\npictures = []\n",
     );
     let colors = ["0.6, 0.1, 0.08", "0.1, 0.3, 0.6", "0.1, 0.5, 0.2", "0.7, 0.5, 0.05", "0.4, 0.15, 0.5"];
     for (at, color) in colors.iter().enumerate() {
-        let (x, y) = (0.8 * at as f64 - 1.6, 1.2 + 0.35 * (at % 2) as f64);
+        let agents: String = (0..2)
+            .map(|row| {
+                let [x, z] = [0.8 * at as f32 - 1.6 + 0.3 * row as f32, 2.0 - 0.9 * row as f32 - 0.2 * (at % 2) as f32];
+                format!("{x} -0.07 {z} 180 1 walk {} 0 {}\n", 0.23 * at as f32, 2.0 * STEP)
+            })
+            .collect();
+        std::fs::write(folder.path().join(format!("agents{at}.txt")), agents).unwrap();
         write!(
             scene,
-            "[objects.robot{at}]\nmesh = \"robot\"\ncolour = [{color}]\n[bodies.robot{at}]\nkeyframes = [{{ time = 0, translation = \
-             [{x}, {y}, 0.02] }}, {{ time = 0.5, translation = [{x}, {}, -0.06] }}, {{ time = 2, translation = [{x}, {}, -0.09] }}]\n\
-             [colliders.robot{at}]\ninto = [\"sand\"]\n",
-            y - 0.7,
-            y - 2.6
+            "[[crowds]]\nname = \"robots {at}\"\nfile = \"robot.gltf\"\nagents = \"agents{at}.txt\"\ncolour = [{color}]\n\
+             [colliders.\"robots {at}\"]\ncrowd = \"robots {at}\"\n"
         )
         .unwrap();
     }
@@ -319,4 +340,9 @@ fn robots_sink_into_sand() {
         key Space\nkey r\nrest\nscreenshot crowd_2.png\n";
     let [before, walking, sunk] = play(folder.path(), "crowd", &["crowd.toml"], acts);
     assert!(difference(&before, &walking) > 0.02 && difference(&walking, &sunk) > 0.02);
+    // Robots are where they walk, in frames that are not baked too.
+    let is_blue = |[r, g, b]: [f32; 3]| b > 1.8 * g && b > 3.0 * r;
+    for image in [&before, &walking, &sunk] {
+        assert!(share(image, PLAYED, is_blue) > 5e-4, "{}", share(image, PLAYED, is_blue));
+    }
 }

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Context, Mesh, Result};
+use relievo_crowd::{Crowd, CrowdView, Frame};
 use relievo_render as render;
 use relievo_scene::cache::State;
 use relievo_scene::stepper::{RunOptions, Stepper};
@@ -16,6 +17,7 @@ use relievo_view::show::{Bake, Ball, Eye, Frames, Picture, Subject};
 use super::baker::Baker;
 use super::particles::spacing;
 use super::tissue::add;
+use super::walkers;
 
 /// Cells along an edge of a face at most.
 const FINEST: u32 = 64;
@@ -27,6 +29,7 @@ pub struct SceneFrames {
     path: PathBuf,
     out: PathBuf,
     stepper: Stepper,
+    crowds: Vec<(Crowd, Frame)>,
     frames: u32,
     /// Frames that are baked, from the first one on.
     baked: u32,
@@ -42,9 +45,12 @@ impl SceneFrames {
         let direction = scene.up.direction();
         let up = (0..3).find(|axis| direction[*axis] > 0.5).unwrap_or(2);
         let stepper = Stepper::new(&context, World::new(&context, scene, &[])?, out)?;
+        let crowds =
+            (0..stepper.world().scene.crowds.len()).map(|index| Ok((stepper.world().crowd(index)?, Frame::default())));
+        let crowds = crowds.collect::<Result<_>>()?;
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let (path, out) = (path.to_owned(), out.to_owned());
-        Ok((Self { context, name, path, out, stepper, frames, baked: 0, baker: None }, up))
+        Ok((Self { context, name, path, out, stepper, crowds, frames, baked: 0, baker: None }, up))
     }
 }
 
@@ -55,6 +61,18 @@ impl Subject for SceneFrames {
 
     fn frames(&self) -> Frames {
         Frames { count: self.frames as usize, rate: self.stepper.world().scene.fps }
+    }
+
+    fn follows_the_eye(&self) -> bool {
+        !self.crowds.is_empty()
+    }
+
+    fn bounds(&self) -> Option<[DVec3; 2]> {
+        // Agents that the first picture has no triangles of count too.
+        let agents = self.crowds.iter().flat_map(|(crowd, _)| walkers::bounds(crowd));
+        let agents = agents.reduce(|[low, high], other| [low.min(other[0]), high.max(other[1])])?;
+        let objects = self.stepper.world().start_bounds();
+        Some(objects.map_or(agents, |(low, high)| [low.min(agents[0]), high.max(agents[1])]))
     }
 
     fn bake(&mut self) -> Option<Bake> {
@@ -83,11 +101,12 @@ impl Subject for SceneFrames {
         self.baker.iter().for_each(Baker::stop);
     }
 
-    fn picture(&mut self, frame: usize, _: &[f64], _: &Eye) -> Result<Picture> {
+    fn picture(&mut self, frame: usize, _: &[f64], eye: &Eye) -> Result<Picture> {
         let is_baked = frame < self.baked as usize;
         // A frame that is not baked is shown as the last one before it that is, or as the scene begins.
-        if let Some(last) = self.baked.checked_sub(1) {
-            self.stepper.open(&self.context, last.min(frame as u32))?;
+        let shown = self.baked.checked_sub(1).map(|last| last.min(frame as u32));
+        if let Some(shown) = shown {
+            self.stepper.open(&self.context, shown)?;
         }
         let world = self.stepper.world();
         let mut picture = Picture::default();
@@ -118,6 +137,22 @@ impl Subject for SceneFrames {
             };
             add(&mut picture.mesh, placed(mesh, &transform, color));
         }
+        let time = world.scene.time(shown.unwrap_or(0));
+        let (mut seen, mut agents) = (0, 0);
+        for (index, (crowd, drawn)) in self.crowds.iter_mut().enumerate() {
+            let entry = &world.scene.crowds[index];
+            world.walk(index, time, crowd)?;
+            let view = CrowdView::perspective(eye.place, eye.axes, eye.fov, eye.size, entry.pixels)?;
+            crowd.cut(&self.context, &view, drawn)?;
+            let color = entry.colour.map(|value| value.min(1.0));
+            let mut mesh = walkers::mesh(&self.context, (crowd, drawn), time, |_, _, _, _| color)?;
+            if mesh.normals.len() < mesh.points.len() {
+                let normals = sums(&mesh.points, &mesh.triangles).into_iter();
+                mesh.normals = normals.map(|normal| Vec3::from(normal).normalize_or(Vec3::Z).to_array()).collect();
+            }
+            add(&mut picture.mesh, mesh);
+            (seen, agents) = (seen + drawn.drawn.len(), agents + crowd.agents().len());
+        }
         picture.facts = vec![
             match is_baked {
                 true => format!("frame {frame}, {:.3} s", frame as f64 / world.scene.fps),
@@ -126,6 +161,9 @@ impl Subject for SceneFrames {
             format!("{} objects", world.items().len()),
             format!("{detailed} tiles with detail"),
         ];
+        if agents > 0 {
+            picture.facts.push(format!("{seen} of {agents} agents in view"));
+        }
         Ok(picture)
     }
 }
@@ -169,19 +207,22 @@ pub fn placed(mesh: Mesh, transform: &DAffine3, color: [f32; 3]) -> render::Mesh
     let points: Vec<[f32; 3]> = made.points.iter().map(|point| moved(transform, *point)).collect();
     let normals = match made.normals.len() == points.len() {
         true => made.normals,
-        false => {
-            let mut sums = vec![Vec3::ZERO; points.len()];
-            for triangle in &made.triangles {
-                let [a, b, c] = triangle.map(|point| Vec3::from(made.points[point as usize]));
-                triangle.iter().for_each(|point| sums[*point as usize] += (b - a).cross(c - a));
-            }
-            sums.iter().map(Vec3::to_array).collect()
-        }
+        false => sums(&made.points, &made.triangles),
     };
     let normal =
-        |normal: &[f32; 3]| (turn * Vec3::from(*normal).as_dvec3()).normalize_or(glam::DVec3::Z).as_vec3().to_array();
+        |normal: &[f32; 3]| (turn * Vec3::from(*normal).as_dvec3()).normalize_or(DVec3::Z).as_vec3().to_array();
     let colors = if made.colors.len() == points.len() { made.colors } else { vec![color; points.len()] };
     render::Mesh { normals: normals.iter().map(normal).collect(), colors, points, ..made }
+}
+
+/// The sums of the normals of the triangles at each point.
+fn sums(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
+    let mut sums = vec![Vec3::ZERO; points.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|point| Vec3::from(points[point as usize]));
+        triangle.iter().for_each(|point| sums[*point as usize] += (b - a).cross(c - a));
+    }
+    sums.iter().map(Vec3::to_array).collect()
 }
 
 fn moved(transform: &DAffine3, point: [f32; 3]) -> [f32; 3] {

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use relievo_core::{Context, Result};
 use relievo_crowd::{
-    Crowd, CrowdModel, CrowdView, Frame, PoseKey, Walker, parse_walkers, read_walkers, skin, skin_normals, square,
+    Agent, Crowd, CrowdModel, CrowdView, Frame, PoseKey, Walker, parse_walkers, read_walkers, skin, skin_normals,
+    square,
 };
 use relievo_render::Mesh;
 use relievo_render::color::{Color, categories, from_hex};
@@ -60,56 +61,72 @@ impl Walkers {
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         Ok(Self { context, name, crowd, walkers, frame: Frame::default() })
     }
+}
 
-    /// The mesh of what a frame draws, with a colour for each triangle's points that `color` returns for an agent, a cluster,
-    /// its number of simplifications and a material.
-    fn mesh(&self, time: f64, color: impl Fn(u32, u32, u32, u32) -> Color) -> Result<Mesh> {
-        let mut poses: HashMap<PoseKey, [Vec<[f32; 3]>; 2]> = HashMap::new();
-        let mut mesh = Mesh::default();
-        let (mut numbers, mut made) = (Vec::<Number>::new(), 0);
-        for drawn in &self.frame.drawn {
-            let agent = &self.crowd.agents()[drawn.0 as usize];
-            let model = &self.crowd.models()[agent.model as usize];
-            let key = self.crowd.pose_key(drawn.0, time);
-            let [points, normals] = match poses.entry(key) {
-                Entry::Occupied(posed) => &*posed.into_mut(),
-                Entry::Vacant(place) => {
-                    let pose = self.crowd.posed(&key);
-                    let points = skin(&self.context, &model.character, &pose, model.blend)?;
-                    let normals = skin_normals(&self.context, &model.character, &pose, model.blend)?;
-                    &*place.insert([points, normals])
-                }
-            };
-            let turn = agent.transform.matrix3.inverse().transpose();
-            for number in self.crowd.clusters(&self.frame, *drawn) {
-                let cluster = model.clusters[*number as usize];
-                let materials = &model.character.materials[cluster.first as usize..];
-                // Clusters may differ in colour where they share vertices.
-                made += 1;
-                if numbers.len() < points.len() {
-                    numbers.resize(points.len(), Number::default());
-                }
-                for (triangle, material) in model.triangles(*number).iter().zip(materials) {
-                    let color = color(drawn.0, *number, cluster.depth, *material);
-                    mesh.triangles.push(triangle.map(|vertex| {
-                        let found = &mut numbers[vertex as usize];
-                        if (found.made, found.color) != (made, color) {
-                            *found = Number { made, color, number: mesh.points.len() as u32 };
-                            let at = |list: &[[f32; 3]]| glam::Vec3::from(list[vertex as usize]).as_dvec3();
-                            mesh.points.push(agent.transform.transform_point3(at(points)).as_vec3().to_array());
-                            if !normals.is_empty() {
-                                let normal = (turn * at(normals)).normalize_or(DVec3::Y);
-                                mesh.normals.push(normal.as_vec3().to_array());
-                            }
-                            mesh.colors.push(color);
+/// Makes the mesh of what a frame draws of a crowd at `time` seconds, with a colour for each triangle's points that `color` returns for an agent, a cluster,
+/// its number of simplifications and a material.
+pub fn mesh(
+    context: &Context,
+    (crowd, frame): (&Crowd, &Frame),
+    time: f64,
+    color: impl Fn(u32, u32, u32, u32) -> Color,
+) -> Result<Mesh> {
+    let mut poses: HashMap<PoseKey, [Vec<[f32; 3]>; 2]> = HashMap::new();
+    let mut mesh = Mesh::default();
+    let (mut numbers, mut made) = (Vec::<Number>::new(), 0);
+    for drawn in &frame.drawn {
+        let agent = &crowd.agents()[drawn.0 as usize];
+        let model = &crowd.models()[agent.model as usize];
+        let key = crowd.pose_key(drawn.0, time);
+        let [points, normals] = match poses.entry(key) {
+            Entry::Occupied(posed) => &*posed.into_mut(),
+            Entry::Vacant(place) => {
+                let pose = crowd.posed(&key);
+                let points = skin(context, &model.character, &pose, model.blend)?;
+                let normals = skin_normals(context, &model.character, &pose, model.blend)?;
+                &*place.insert([points, normals])
+            }
+        };
+        let turn = agent.transform.matrix3.inverse().transpose();
+        for number in crowd.clusters(frame, *drawn) {
+            let cluster = model.clusters[*number as usize];
+            let materials = &model.character.materials[cluster.first as usize..];
+            // Clusters may differ in colour where they share vertices.
+            made += 1;
+            if numbers.len() < points.len() {
+                numbers.resize(points.len(), Number::default());
+            }
+            for (triangle, material) in model.triangles(*number).iter().zip(materials) {
+                let color = color(drawn.0, *number, cluster.depth, *material);
+                mesh.triangles.push(triangle.map(|vertex| {
+                    let found = &mut numbers[vertex as usize];
+                    if (found.made, found.color) != (made, color) {
+                        *found = Number { made, color, number: mesh.points.len() as u32 };
+                        let at = |list: &[[f32; 3]]| glam::Vec3::from(list[vertex as usize]).as_dvec3();
+                        mesh.points.push(agent.transform.transform_point3(at(points)).as_vec3().to_array());
+                        if !normals.is_empty() {
+                            let normal = (turn * at(normals)).normalize_or(DVec3::Y);
+                            mesh.normals.push(normal.as_vec3().to_array());
                         }
-                        found.number
-                    }));
-                }
+                        mesh.colors.push(color);
+                    }
+                    found.number
+                }));
             }
         }
-        Ok(mesh)
     }
+    Ok(mesh)
+}
+
+/// Returns smallest and largest coordinates of a crowd, by the places of its agents; `None` without agents.
+pub fn bounds(crowd: &Crowd) -> Option<[DVec3; 2]> {
+    let reach = |agent: &Agent| {
+        let scale = agent.transform.matrix3.determinant().abs().cbrt();
+        DVec3::splat(0.5 * scale * f64::from(crowd.models()[agent.model as usize].size()))
+    };
+    let low = crowd.agents().iter().map(|agent| agent.transform.translation - reach(agent)).reduce(DVec3::min)?;
+    let high = crowd.agents().iter().map(|agent| agent.transform.translation + reach(agent)).reduce(DVec3::max)?;
+    Some([low, high])
 }
 
 impl Subject for Walkers {
@@ -126,9 +143,7 @@ impl Subject for Walkers {
     }
 
     fn bounds(&self) -> Option<[DVec3; 2]> {
-        let places = || self.crowd.agents().iter().map(|agent| agent.transform.translation);
-        let reach = DVec3::splat(0.5 * f64::from(self.crowd.models().first()?.size()));
-        Some([places().reduce(DVec3::min)? - reach, places().reduce(DVec3::max)? + reach])
+        bounds(&self.crowd)
     }
 
     fn settings(&self) -> Vec<Setting> {
@@ -165,7 +180,8 @@ impl Subject for Walkers {
             3 => levels[(depth as usize).min(levels.len() - 1)],
             _ => materials[material as usize % materials.len()],
         };
-        let mut picture = Picture { mesh: self.mesh(time, color)?, ..Picture::default() };
+        let mut picture =
+            Picture { mesh: mesh(&self.context, (&self.crowd, &self.frame), time, color)?, ..Picture::default() };
         if shown as usize == 3 {
             picture.legend = levels.into_iter().zip(LEVELS.map(|(_, text)| text.to_owned())).collect();
         }

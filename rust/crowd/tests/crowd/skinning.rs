@@ -4,7 +4,7 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use gltf::animation::util::ReadOutputs;
 use relievo_core::Context;
 use relievo_core::progress::Silent;
-use relievo_crowd::{Blend, BuildSettings, Character, CrowdModel, Pose, dual_rows, skin};
+use relievo_crowd::{Blend, BuildSettings, Character, CrowdModel, Pose, dual_rows, skin, skin_some};
 
 use crate::arm::{arm, character};
 
@@ -201,4 +201,19 @@ fn dual_quaternions_keep_the_volume_of_a_twist_and_agree_where_one_bone_rules() 
         }
     }
     assert!(blends > 16);
+}
+
+#[test]
+fn some_vertices_are_where_all_have_them() {
+    let context = Context::serial();
+    let model = CrowdModel::build(&context, &arm(9, 8), &[0], &BuildSettings::default(), &mut Silent).unwrap();
+    let pose = &model.clips[0].poses[7];
+    let vertices = [40, 3, 3, 71];
+    for blend in [Blend::Linear, Blend::DualQuaternion] {
+        let all = skin(&context, &model.character, pose, blend).unwrap();
+        let some = skin_some(&context, &model.character, pose, blend, &vertices).unwrap();
+        assert_eq!(some, vertices.map(|vertex| all[vertex as usize]));
+        let error = skin_some(&context, &model.character, pose, blend, &[all.len() as u32]).unwrap_err();
+        assert!(error.to_string().contains("does not exist"), "{error}");
+    }
 }
