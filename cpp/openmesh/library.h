@@ -1,4 +1,4 @@
-// Debian's OpenMesh, opened at run time.
+// Debian's OpenMesh, opened at run time on Linux.
 #pragma once
 
 #include "rust/cxx.h"

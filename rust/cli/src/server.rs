@@ -6,6 +6,7 @@ mod control;
 mod fetch;
 mod log;
 mod run;
+mod signals;
 mod status;
 mod steer;
 mod submit;

@@ -1,5 +1,7 @@
 //! `relievo farm` as a user sees it: the files of each engine, the commands of chunks, and Slurm for real.
 
+#![cfg(unix)]
+
 #[path = "farm/cluster.rs"]
 mod cluster;
 

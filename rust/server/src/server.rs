@@ -197,10 +197,14 @@ impl Server {
             None => None,
             Some(address) => {
                 let (listener, address) = runtime.block_on(listen(address))?;
-                let Listener::Tcp(listener) = listener else {
-                    return Err(Error::unsupported("metrics are served over TCP")
-                        .at("metrics")
-                        .advise("name host:port"));
+                let listener = match listener {
+                    Listener::Tcp(listener) => listener,
+                    #[cfg(unix)]
+                    Listener::Unix(_) => {
+                        return Err(Error::unsupported("metrics are served over TCP")
+                            .at("metrics")
+                            .advise("name host:port"));
+                    }
                 };
                 runtime.spawn(serve_metrics(listener, shared.clone()));
                 Some(address)

@@ -5,7 +5,11 @@
 //! made before the fork. The fork waits for the locks of the registry and of the list of workers, so that the child never
 //! inherits them locked by a thread that is gone.
 
+// Other systems have no forks to watch.
+#![cfg_attr(not(unix), allow(dead_code))]
+
 use std::cell::RefCell;
+#[cfg(unix)]
 use std::ffi::c_int;
 use std::sync::Once;
 

@@ -6,11 +6,10 @@ use std::process::ExitCode;
 use relievo_client::Address;
 use relievo_core::{Error, Result};
 use relievo_server::{FluidKind, FoamKind, Limits, Server, ServerOptions};
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::iterator::Signals;
 
 use crate::Outcome;
 use crate::args::device::{Adapter, Device};
+use crate::server::signals::Signals;
 
 const EXAMPLE: &str = "Example: relievo server run --cache-limit 100G";
 
@@ -73,7 +72,11 @@ pub struct Arguments {
 /// Returns the folder of the cache that is meant where none is named.
 pub fn default_cache() -> Result<PathBuf> {
     let folder = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    let caches = folder("XDG_CACHE_HOME").or_else(|| Some(folder("HOME")?.join(".cache")));
+    let caches = if cfg!(windows) {
+        folder("LOCALAPPDATA")
+    } else {
+        folder("XDG_CACHE_HOME").or_else(|| Some(folder("HOME")?.join(".cache")))
+    };
     let missing = || Error::invalid("there is no folder for caches").advise("name a folder by --cache");
     Ok(caches.ok_or_else(missing)?.join("relievo"))
 }
@@ -82,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     super::log::begin(if arguments.verbose { tracing::Level::DEBUG } else { tracing::Level::INFO });
     let failed = |error: std::io::Error| Error::internal(format!("cannot wait for signals: {error}"));
     // Before the server starts, so that no signal is lost.
-    let mut signals = Signals::new([SIGTERM, SIGINT]).map_err(failed)?;
+    let mut signals = Signals::new().map_err(failed)?;
     let options = ServerOptions {
         listen: arguments.listen.clone(),
         cache: arguments.cache.clone().map_or_else(default_cache, Ok)?,
@@ -107,12 +110,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if let Some(metrics) = server.metrics() {
         crate::print(&format!("metrics at http://{metrics}/metrics\n"))?;
     }
-    signals.forever().next();
+    signals.wait();
     // A second signal does not wait for the frames that are computed.
     std::thread::spawn(move || {
-        if signals.forever().next().is_some() {
-            std::process::exit(130);
-        }
+        signals.wait();
+        std::process::exit(130);
     });
     server.stop();
     Ok(ExitCode::SUCCESS)

@@ -10,7 +10,7 @@
 
 use std::ffi::{c_int, c_uint, c_void};
 
-use libloading::os::unix::Library;
+use crate::loader::Library;
 
 /// The three calls an arena needs.
 pub struct Arena {
@@ -122,7 +122,7 @@ mod tests {
         };
         // SAFETY: the symbol's name encodes its signature.
         let limit = || unsafe {
-            let value: libloading::os::unix::Symbol<unsafe extern "C" fn(c_int) -> usize> =
+            let value: crate::loader::Symbol<unsafe extern "C" fn(c_int) -> usize> =
                 arena.embree.get(b"_ZN3tbb6detail2r127global_control_active_valueEi").unwrap();
             value(0)
         };

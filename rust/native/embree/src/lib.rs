@@ -11,18 +11,32 @@ mod arena;
 mod binding;
 #[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
 mod binding {
-    use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+    use crate::loader::Library;
 
     /// Opens `file` with local symbols.
+    #[cfg(unix)]
     pub fn open(file: &str) -> Result<Library, libloading::Error> {
+        use libloading::os::unix::{RTLD_LOCAL, RTLD_NOW};
         // SAFETY: opening a library runs its initialisers; which library that is, is the user's choice.
         unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
+    }
+
+    /// Opens `file`. Names belong to libraries there, so that no other can answer.
+    #[cfg(windows)]
+    pub fn open(file: &str) -> Result<Library, libloading::Error> {
+        // SAFETY: opening a library runs its initialisers; which library that is, is the user's choice.
+        unsafe { Library::new(file) }
     }
 }
 mod device;
 mod scene;
 mod subdivision;
 mod table;
+
+#[cfg(unix)]
+use libloading::os::unix as loader;
+#[cfg(windows)]
+use libloading::os::windows as loader;
 
 pub use device::{Device, Monitor};
 pub use scene::{Hit, ObjectId, Ray, Scene, Tracer};

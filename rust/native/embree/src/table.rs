@@ -6,7 +6,6 @@
 
 use std::sync::OnceLock;
 
-use libloading::os::unix::Library;
 use relievo_core::{Error, ErrorKind, Result};
 
 use crate::abi::embree3::{self, Embree3, RTCIntersectContext};
@@ -14,9 +13,17 @@ use crate::abi::embree4::{self, Embree4, RTCIntersectArguments, RTCOccludedArgum
 use crate::abi::{self, Embree, INVALID_ID, RTCRay, RTCRay8, RTCRayHit, RTCRayHit8, RTCScene, Valid8};
 use crate::arena::Arena;
 use crate::binding;
+use crate::loader::Library;
 
 /// The files of which the first that is there is opened, unless `RELIEVO_EMBREE` names another.
-const FILES: [&str; 2] = ["libembree3.so.3", "libembree4.so.4"];
+const FILES: [&str; 2] = if cfg!(windows) {
+    ["embree3.dll", "embree4.dll"]
+} else if cfg!(target_vendor = "apple") {
+    // Homebrew's, whose folder the loader does not look into.
+    ["libembree4.dylib", "/opt/homebrew/lib/libembree4.dylib"]
+} else {
+    ["libembree3.so.3", "libembree4.so.4"]
+};
 
 /// What to do where there is no Embree that can be used.
 const ADVICE: &str =

@@ -21,15 +21,30 @@ fn main() {
     for source in ["refine", "reference", "subdivision"] {
         bridge.file(folder.join(format!("opensubdiv/{source}.cpp")));
     }
-    if std::env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("linux") {
-        bridge.compile("relievo_opensubdiv");
-        println!("cargo:rustc-link-lib=osdCPU");
-        return;
+    let system = std::env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();
+    if system != "linux" {
+        return link(&mut bridge, &system);
     }
     bridge.define(copy::THEIRS, copy::OURS).compile("relievo_opensubdiv");
     if let Err(error) = private(&bridge.get_compiler()) {
         println!("cargo::error=the private copy of OpenSubdiv cannot be made: {error}");
     }
+}
+
+/// Compiles the C++ side and links OpenSubdiv, from the folder that `RELIEVO_PREFIX` names or where the compiler finds it:
+/// on other systems than Linux names belong to libraries.
+fn link(bridge: &mut cc::Build, system: &str) {
+    println!("cargo:rerun-if-env-changed=RELIEVO_PREFIX");
+    if let Some(prefix) = std::env::var_os("RELIEVO_PREFIX").map(PathBuf::from) {
+        bridge.include(prefix.join("include"));
+        println!("cargo:rustc-link-search=native={}", prefix.join("lib").display());
+    }
+    // Without it, mingw's headers have no π in strict C++.
+    if system == "windows" {
+        bridge.define("_USE_MATH_DEFINES", None);
+    }
+    bridge.compile("relievo_opensubdiv");
+    println!("cargo:rustc-link-lib={}osdCPU", if system == "windows" { "static=" } else { "" });
 }
 
 /// Writes the copy and the list of its symbols that the C++ side refers to, and compiles the jumps to them.

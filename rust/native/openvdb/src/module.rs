@@ -1,9 +1,9 @@
 //! Opens the module over OpenVDB, once per process, when it is first needed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+use libloading::Library;
 use relievo_core::{Error, ErrorKind, Result};
 
 use crate::abi::{self, Rlvdb};
@@ -14,8 +14,8 @@ pub const VARIABLE: &str = "RELIEVO_OPENVDB";
 /// What to do where there is no module.
 pub const ADVICE: &str =
     "install the package relievo-openvdb, or set RELIEVO_OPENVDB to the file librelievo_openvdb.so";
-/// The file of the module.
-const FILE: &str = "librelievo_openvdb.so";
+/// The file of the module, as CMake names modules.
+const FILE: &str = if cfg!(windows) { "librelievo_openvdb.dll" } else { "librelievo_openvdb.so" };
 
 /// The module over OpenVDB. It stays loaded until the process ends.
 pub struct Module {
@@ -84,7 +84,7 @@ impl Module {
         let had_logging = is_loaded("liblog4cplus");
         // SAFETY: the module has no constructors of its own; those of OpenVDB and log4cplus have run in other programs'
         // plugins for years. RTLD_LOCAL keeps its names from all others, and it is never closed.
-        let library = unsafe { Library::open(Some(&path), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| {
+        let library = unsafe { open(&path) }.map_err(|error| {
             let cause = std::error::Error::source(&error).map_or(error.to_string(), ToString::to_string);
             named(Error::new(ErrorKind::NotFound, format!("there is no OpenVDB module: {cause}")).advise(ADVICE))
         })?;
@@ -108,6 +108,27 @@ impl Module {
         call::check(result, &error).map_err(named)?;
         Ok(Self { table, path })
     }
+}
+
+/// Opens a library with local symbols.
+///
+/// # Safety
+/// Its initialisers run.
+#[cfg(unix)]
+unsafe fn open(path: &Path) -> std::result::Result<Library, libloading::Error> {
+    use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+    // SAFETY: the caller vouches for the initialisers.
+    unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map(Into::into)
+}
+
+/// Opens a library.
+///
+/// # Safety
+/// Its initialisers run.
+#[cfg(not(unix))]
+unsafe fn open(path: &Path) -> std::result::Result<Library, libloading::Error> {
+    // SAFETY: the caller vouches for the initialisers.
+    unsafe { Library::new(path) }
 }
 
 /// Returns where the module may lie: beside the library or program that this code is in, in its `../lib`, in the
