@@ -160,6 +160,23 @@ fn a_fluid_is_baked_with_its_foam_in_the_window() {
         .unwrap();
     let notes = String::from_utf8_lossy(&again.stderr).into_owned();
     assert!(again.status.success() && notes.contains("goes on from dam-out/0016.rlvfluid"), "{notes}");
+    // Foam that lives for a moment and is rare is baked anew, and the water is not.
+    let water = std::fs::read(folder.join("dam-out/0016.rlvfluid")).unwrap();
+    let foam = || {
+        let context = Context::new(&ContextOptions::default()).unwrap();
+        relievo_particleio::read(&context, &folder.join("dam-out/foam/0016.rlvfluid")).unwrap().particles.points.len()
+    };
+    let before = foam();
+    let script = "resize 1000 860\nkey 1\npress frame\nwait_frames 2\npress kinds\npress Amount of foam\npress Bake\nrest\n\
+        wait_frames 2\nscreenshot kinds.png\npress hidden\nwait_frames 2\nscreenshot hidden.png\nquit\n";
+    view(folder, &["dam.toml"], script);
+    let [kinds, hidden] = pictures(folder, ["kinds", "hidden"]);
+    let after = foam();
+    assert!(before > 100 && after > 5 * before / 4, "{before} {after}");
+    assert_eq!(std::fs::read(folder.join("dam-out/0016.rlvfluid")).unwrap(), water);
+    let is_spray = |[r, g, b]: [f32; 3]| r > 0.25 && g < 0.8 * r && b < 0.5 * g;
+    assert!(share(&kinds, VIEW, is_spray) > 1e-4, "{}", share(&kinds, VIEW, is_spray));
+    assert!(share(&hidden, VIEW, is_spray) < 1e-5 && share(&hidden, VIEW, is_white) < 1e-4);
     // What is there is shown without a bake.
     view(folder, &["dam.toml"], "resize 1000 620\nkey 1\nkey Right\nwait_frames 2\nscreenshot second.png\nquit\n");
     let [second] = pictures(folder, ["second"]);

@@ -76,7 +76,7 @@ pub struct Setting {
 pub enum Range {
     /// One of some names.
     Choice(Vec<String>),
-    /// A number from the least to the most, on a logarithmic scale if that is marked.
+    /// A number from the least to the most.
     Slider {
         /// The least.
         least: f64,
@@ -84,6 +84,8 @@ pub enum Range {
         most: f64,
         /// Whether the scale is logarithmic.
         is_logarithmic: bool,
+        /// Whether it is a whole number.
+        is_whole: bool,
     },
 }
 
@@ -100,6 +102,8 @@ pub struct Bake {
     pub has_failed: bool,
     /// Frames that are there, from the first one on.
     pub frames: usize,
+    /// Whether there is more to bake than frames that are missing, such as what other settings change.
+    pub has_more: bool,
 }
 
 /// From where a picture is seen.
@@ -140,13 +144,17 @@ pub trait Subject {
         None
     }
 
-    /// Returns how far the bake of the frames is; `None` where there is nothing to bake. Asked for in every frame of the window.
-    fn bake(&mut self) -> Option<Bake> {
+    /// Returns how far the bake of the frames is, with a value for each setting; `None` where there is nothing to bake. Asked
+    /// for in every frame of the window.
+    fn bake(&mut self, values: &[f64]) -> Option<Bake> {
+        let _ = values;
         None
     }
 
-    /// Begins to bake the frames that are missing, in the background.
-    fn begin_bake(&mut self) {}
+    /// Begins to bake what is missing, in the background, with a value for each setting.
+    fn begin_bake(&mut self, values: &[f64]) {
+        let _ = values;
+    }
 
     /// Asks the bake to stop. Frames that are there stay.
     fn stop_bake(&mut self) {}

@@ -36,7 +36,7 @@ impl Subject for Levels {
         vec![Setting {
             name: "Triangles".into(),
             hint: "The finest level of at most so many triangles".into(),
-            range: Range::Slider { least, most, is_logarithmic: true },
+            range: Range::Slider { least, most, is_logarithmic: true, is_whole: true },
             value: most,
         }]
     }

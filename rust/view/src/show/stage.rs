@@ -79,7 +79,7 @@ impl Stage {
             serial: 0,
             cost: 0.0,
             message: None,
-            bake: subject.bake(),
+            bake: None,
             follows: false,
             made: None,
             since: 0.0,
@@ -88,6 +88,7 @@ impl Stage {
             is_fitted: false,
             recording: None,
         };
+        stage.bake = subject.bake(&stage.values());
         stage.fit();
         stage.make(subject)?;
         if known.is_none() {
@@ -111,9 +112,14 @@ impl Stage {
         Eye { place, axes: self.camera.axes(), fov, size }
     }
 
+    /// Returns the values of the settings.
+    pub fn values(&self) -> Vec<f64> {
+        self.settings.iter().map(|setting| setting.value).collect()
+    }
+
     /// Makes the picture anew if what it is made of changed.
     fn make(&mut self, subject: &mut dyn Subject) -> Result<()> {
-        let values: Vec<f64> = self.settings.iter().map(|setting| setting.value).collect();
+        let values = self.values();
         let eye = self.eye();
         let baked = self.bake.as_ref().map_or([true, false], |bake| [self.frame < bake.frames, bake.is_running]);
         let wanted = (self.frame, baked, values, subject.follows_the_eye().then_some(eye));
@@ -163,7 +169,7 @@ impl Stage {
 
     /// Goes on to the last frame of a bake, unless frames are played meanwhile.
     fn follow(&mut self, ui: &Ui, subject: &mut dyn Subject) {
-        self.bake = subject.bake();
+        self.bake = subject.bake(&self.values());
         let Some(bake) = &self.bake else { return };
         if self.follows && !self.is_playing {
             self.frame = bake.frames.saturating_sub(1);
