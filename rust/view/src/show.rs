@@ -4,6 +4,7 @@
 //! What that is, a [`Subject`], makes a [`Picture`] for a frame and the values of its settings. The window has its camera, its
 //! clock and its panels, draws the picture and records frames as pictures.
 
+mod handle;
 mod panels;
 mod stage;
 
@@ -159,6 +160,22 @@ pub trait Subject {
     /// Asks the bake to stop. Frames that are there stay.
     fn stop_bake(&mut self) {}
 
+    /// Returns where the handle is that the user drags over the surface of what is shown; `None` without one.
+    fn handle(&self) -> Option<DVec3> {
+        None
+    }
+
+    /// Puts the handle where the user drags it.
+    fn move_handle(&mut self, place: DVec3) {
+        let _ = place;
+    }
+
+    /// Returns how many works in the background changed pictures so far, and whether one is at work. Asked for in every frame
+    /// of the window.
+    fn works(&mut self) -> (u64, bool) {
+        (0, false)
+    }
+
     /// Makes the picture of a frame, with a value for each setting.
     ///
     /// # Errors
@@ -283,7 +300,7 @@ impl Content for Viewer {
 
     fn is_resting(&self) -> bool {
         let is_baking = self.stage.bake.as_ref().is_some_and(|bake| bake.is_running);
-        self.stage.rays.is_done() && !self.stage.is_recording() && !is_baking
+        self.stage.rays.is_done() && !self.stage.is_recording() && !is_baking && !self.stage.is_working()
     }
 
     fn recorded(&mut self) -> Option<Rect> {
