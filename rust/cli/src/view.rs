@@ -1,6 +1,7 @@
 //! `relievo view`
 
 mod baker;
+mod deviation;
 mod fluid;
 mod levels;
 mod particles;

@@ -55,13 +55,13 @@ fn particles_are_played_coloured_and_recorded() {
     assert!(!folder.join("frames/0004.png").exists());
 }
 
-#[test]
-fn a_slider_sets_the_level_of_a_progressive_mesh() {
-    if !is_possible() {
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+/// Where the handle of the waves begins in the view, and parts of a picture around it and around the middle.
+const HANDLE: &str = "0.81 0.95";
+const CORNER: [f32; 4] = [0.79, 0.76, 0.86, 0.9];
+const MIDDLE: [f32; 4] = [0.59, 0.45, 0.65, 0.56];
+
+/// Writes waves over a square of 4 by 4 as a progressive mesh.
+fn write_waves(folder: &Path) {
     let mut text = String::new();
     for at in 0..41 * 41 {
         let [x, y] = [at % 41, at / 41].map(|at| 0.1 * f64::from(at));
@@ -73,6 +73,16 @@ fn a_slider_sets_the_level_of_a_progressive_mesh() {
     }
     std::fs::write(folder.join("waves.obj"), text).unwrap();
     done(folder, &["progressive", "build", "waves.obj", "-o", "waves.rlvpm"]);
+}
+
+#[test]
+fn a_slider_sets_the_level_of_a_progressive_mesh() {
+    if !is_possible() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_waves(folder);
     // A click on the slider, right of its middle.
     let script = "resize 1000 620\nwait_frames 1\nkey w\npoint 0.02 0.02\nwait_frames 2\nscreenshot fine.png\n\
         press Triangles\npoint 0.02 0.02\nwait_frames 2\nscreenshot coarse.png\nquit\n";
@@ -82,6 +92,33 @@ fn a_slider_sets_the_level_of_a_progressive_mesh() {
     let is_line = |[r, g, b]: [f32; 3]| r < 0.012 && g < 0.014 && b < 0.02;
     let [many, few] = [&fine, &coarse].map(|image| share(image, VIEW, is_line));
     assert!(many > 0.02 && few > 1e-4 && few < 0.75 * many, "{many} {few}");
+}
+
+#[test]
+fn a_level_shows_its_deviation_and_is_finer_at_a_handle() {
+    if !is_possible() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_waves(folder);
+    // Key 7 looks from above. The handle begins at the corner of the waves that is at the lower right.
+    let script = "resize 1000 620\nwait_frames 1\npress Triangles\npress deviation\nrest\nwait_frames 2\nscreenshot even.png\n\
+        press at the handle\nkey 7\nkey Home\nkey w\nrest\nwait_frames 2\nscreenshot corner.png\n\
+        drag left HANDLE 0.5 0.5\npoint 0.02 0.02\nrest\nwait_frames 2\nscreenshot middle.png\nquit\n";
+    view(folder, &["waves.rlvpm"], &script.replace("HANDLE", HANDLE));
+    let [even, corner, middle] = pictures(folder, ["even", "corner", "middle"]);
+    // By deviation from violet to yellow.
+    let is_violet = |[r, g, b]: [f32; 3]| b > 1.5 * g && r > 0.5 * g;
+    let is_yellow = |[r, g, b]: [f32; 3]| r > 0.2 && g > 0.2 && b < 0.4 * g;
+    assert!(share(&even, VIEW, is_violet) > 0.02, "{}", share(&even, VIEW, is_violet));
+    assert!(share(&even, VIEW, is_yellow) > 1e-3, "{}", share(&even, VIEW, is_yellow));
+    // It is the finest mesh where the handle is.
+    let is_exact = |[r, g, b]: [f32; 3]| r > 2.0 * g && b > 4.0 * g;
+    let within = |image| [CORNER, MIDDLE].map(|part| share(image, part, is_exact));
+    let (at_corner, at_middle) = (within(&corner), within(&middle));
+    assert!(at_corner[0] > 0.3 && at_corner[1] < 0.1, "{at_corner:?}");
+    assert!(at_middle[1] > 0.3 && at_middle[0] < 0.1, "{at_middle:?}");
 }
 
 #[test]
@@ -160,6 +197,23 @@ fn a_fluid_is_baked_with_its_foam_in_the_window() {
         .unwrap();
     let notes = String::from_utf8_lossy(&again.stderr).into_owned();
     assert!(again.status.success() && notes.contains("goes on from dam-out/0016.rlvfluid"), "{notes}");
+    // Foam that lives for a moment and is rare is baked anew, and the water is not.
+    let water = std::fs::read(folder.join("dam-out/0016.rlvfluid")).unwrap();
+    let foam = || {
+        let context = Context::new(&ContextOptions::default()).unwrap();
+        relievo_particleio::read(&context, &folder.join("dam-out/foam/0016.rlvfluid")).unwrap().particles.points.len()
+    };
+    let before = foam();
+    let script = "resize 1000 860\nkey 1\npress frame\nwait_frames 2\npress kinds\npress Amount of foam\npress Bake\nrest\n\
+        wait_frames 2\nscreenshot kinds.png\npress hidden\nwait_frames 2\nscreenshot hidden.png\nquit\n";
+    view(folder, &["dam.toml"], script);
+    let [kinds, hidden] = pictures(folder, ["kinds", "hidden"]);
+    let after = foam();
+    assert!(before > 100 && after > 5 * before / 4, "{before} {after}");
+    assert_eq!(std::fs::read(folder.join("dam-out/0016.rlvfluid")).unwrap(), water);
+    let is_spray = |[r, g, b]: [f32; 3]| r > 0.25 && g < 0.8 * r && b < 0.5 * g;
+    assert!(share(&kinds, VIEW, is_spray) > 1e-4, "{}", share(&kinds, VIEW, is_spray));
+    assert!(share(&hidden, VIEW, is_spray) < 1e-5 && share(&hidden, VIEW, is_white) < 1e-4);
     // What is there is shown without a bake.
     view(folder, &["dam.toml"], "resize 1000 620\nkey 1\nkey Right\nwait_frames 2\nscreenshot second.png\nquit\n");
     let [second] = pictures(folder, ["second"]);

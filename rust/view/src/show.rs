@@ -4,6 +4,7 @@
 //! What that is, a [`Subject`], makes a [`Picture`] for a frame and the values of its settings. The window has its camera, its
 //! clock and its panels, draws the picture and records frames as pictures.
 
+mod handle;
 mod panels;
 mod stage;
 
@@ -76,7 +77,7 @@ pub struct Setting {
 pub enum Range {
     /// One of some names.
     Choice(Vec<String>),
-    /// A number from the least to the most, on a logarithmic scale if that is marked.
+    /// A number from the least to the most.
     Slider {
         /// The least.
         least: f64,
@@ -84,6 +85,8 @@ pub enum Range {
         most: f64,
         /// Whether the scale is logarithmic.
         is_logarithmic: bool,
+        /// Whether it is a whole number.
+        is_whole: bool,
     },
 }
 
@@ -100,6 +103,8 @@ pub struct Bake {
     pub has_failed: bool,
     /// Frames that are there, from the first one on.
     pub frames: usize,
+    /// Whether there is more to bake than frames that are missing, such as what other settings change.
+    pub has_more: bool,
 }
 
 /// From where a picture is seen.
@@ -140,16 +145,36 @@ pub trait Subject {
         None
     }
 
-    /// Returns how far the bake of the frames is; `None` where there is nothing to bake. Asked for in every frame of the window.
-    fn bake(&mut self) -> Option<Bake> {
+    /// Returns how far the bake of the frames is, with a value for each setting; `None` where there is nothing to bake. Asked
+    /// for in every frame of the window.
+    fn bake(&mut self, values: &[f64]) -> Option<Bake> {
+        let _ = values;
         None
     }
 
-    /// Begins to bake the frames that are missing, in the background.
-    fn begin_bake(&mut self) {}
+    /// Begins to bake what is missing, in the background, with a value for each setting.
+    fn begin_bake(&mut self, values: &[f64]) {
+        let _ = values;
+    }
 
     /// Asks the bake to stop. Frames that are there stay.
     fn stop_bake(&mut self) {}
+
+    /// Returns where the handle is that the user drags over the surface of what is shown; `None` without one.
+    fn handle(&self) -> Option<DVec3> {
+        None
+    }
+
+    /// Puts the handle where the user drags it.
+    fn move_handle(&mut self, place: DVec3) {
+        let _ = place;
+    }
+
+    /// Returns how many works in the background changed pictures so far, and whether one is at work. Asked for in every frame
+    /// of the window.
+    fn works(&mut self) -> (u64, bool) {
+        (0, false)
+    }
 
     /// Makes the picture of a frame, with a value for each setting.
     ///
@@ -275,7 +300,7 @@ impl Content for Viewer {
 
     fn is_resting(&self) -> bool {
         let is_baking = self.stage.bake.as_ref().is_some_and(|bake| bake.is_running);
-        self.stage.rays.is_done() && !self.stage.is_recording() && !is_baking
+        self.stage.rays.is_done() && !self.stage.is_recording() && !is_baking && !self.stage.is_working()
     }
 
     fn recorded(&mut self) -> Option<Rect> {

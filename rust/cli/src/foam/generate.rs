@@ -227,6 +227,38 @@ pub struct Done {
 }
 
 impl Run<'_> {
+    fn output(&self) -> Folder<'_> {
+        Folder { path: self.output, format: self.format }
+    }
+
+    /// Says what decides the particles besides the fluid's frames.
+    fn settings(&self, options: &DiffuseOptions) -> String {
+        format!("{options:?}, {} frames a second", self.fps)
+    }
+
+    /// Returns whether the first frame of foam that is there was made with these settings, of this fluid; `None` without
+    /// one.
+    pub fn fits(&self, context: &Context, options: &DiffuseOptions) -> Result<Option<bool>> {
+        let Some((_, first)) = self.fluid.first() else { return Ok(None) };
+        let path = self.output().file(first);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let Ok(frame) = read_frame(context, &file::load(&path, context.memory_limit())?) else {
+            return Ok(Some(false));
+        };
+        let expected = identities(&self.settings(options), &self.fluid[..1])?;
+        let resumed = Diffuse::resume(*options, &frame).ok().flatten();
+        Ok(Some(resumed.is_some_and(|(identity, _)| expected.contains(&identity))))
+    }
+
+    /// Removes the frames of foam that are there.
+    pub fn clear(&self) -> Result<()> {
+        let folder = self.output();
+        let files = self.fluid.iter().map(|(_, path)| folder.file(path)).filter(|path| path.exists());
+        files.into_iter().try_for_each(|path| std::fs::remove_file(&path).map_err(|error| Error::io(&path, &error)))
+    }
+
     /// Makes the frames that are missing; `choose` returns the settings for frames like the first. Cancelled, it leaves the
     /// frames before whole.
     pub fn go(
@@ -243,9 +275,9 @@ impl Run<'_> {
         };
         let mut before = crate::fluid::read(context, first)?;
         let options = choose(&before).map_err(|error| error.at(first.display().to_string()))?;
-        let folder = Folder { path: self.output, format: self.format };
+        let folder = self.output();
         std::fs::create_dir_all(folder.path).map_err(|error| Error::io(folder.path, &error))?;
-        let identities = identities(&format!("{options:?}, {} frames a second", self.fps), fluid)?;
+        let identities = identities(&self.settings(&options), fluid)?;
         let resumed = match self.restarts {
             true => None,
             false => folder.last(context, &options, &identities, fluid)?,

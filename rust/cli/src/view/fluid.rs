@@ -28,6 +28,15 @@ const CELL: f32 = 0.75;
 /// Linear Rec.709, of foam.
 const WHITE: [f32; 3] = [0.85, 0.88, 0.9];
 
+/// Colours of spray, foam and bubbles, where each kind has its own.
+const KINDS: [([f32; 3], &str); 3] = [([0.95, 0.55, 0.12], "spray"), (WHITE, "foam"), ([0.1, 0.75, 0.35], "bubbles")];
+
+/// The share of the longest life of foam that the shortest has.
+const LEAST_LIFE: f64 = 0.4;
+
+/// The first of the settings that foam is baked with.
+const FIRST: usize = 4;
+
 /// A fluid over time.
 pub struct FluidFrames {
     context: Context,
@@ -40,6 +49,10 @@ pub struct FluidFrames {
     /// Metres between particles at rest.
     spacing: f32,
     basin: Option<[DVec3; 2]>,
+    /// Of foam, but for the settings.
+    options: DiffuseOptions,
+    /// Settings of foam, and whether the foam that is there lacks frames or was made with others.
+    known: Option<(DiffuseSettings, bool)>,
     /// What the fluid begins as, once a frame was asked for that is not baked.
     start: Option<Vec<Ball>>,
     /// The frames that were baked when they were listed last.
@@ -52,10 +65,25 @@ impl FluidFrames {
     pub fn open(context: Context, path: &Path, out: &Path) -> Result<Self> {
         let description = Description::read(path)?;
         let (count, rate, spacing) = (description.frames as usize + 1, description.fps, description.spacing());
+        let options = options(&description);
         let basin = description.basin().map(|corners| corners.map(|corner| corner.as_dvec3()));
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let (file, out) = (path.to_owned(), out.to_owned());
-        Ok(Self { context, name, file, out, rate, count, spacing, basin, start: None, water: None, baker: None })
+        Ok(Self {
+            context,
+            name,
+            file,
+            out,
+            rate,
+            count,
+            spacing,
+            basin,
+            options,
+            known: None,
+            start: None,
+            water: None,
+            baker: None,
+        })
     }
 
     /// Returns what the fluid begins as.
@@ -81,6 +109,27 @@ impl FluidFrames {
         Ok(placed(mesh, &glam::DAffine3::IDENTITY, WATER))
     }
 
+    /// Returns whether foam of a fluid that is baked lacks frames, or was made with other settings.
+    fn lacks_foam(&mut self, settings: DiffuseSettings) -> bool {
+        if let Some((known, lacks)) = &self.known
+            && *known == settings
+        {
+            return *lacks;
+        }
+        let foam = self.out.join(FOAM);
+        let last = self.water.as_ref().map_or_else(String::new, |water| water.file_name(self.count - 1));
+        let is_whole = foam.join(last).is_file();
+        let fits = relievo_particleio::frames(&self.out).and_then(|fluid| {
+            let (format, fps) = (Format::Cache, self.rate);
+            let run = FoamRun { fluid: &fluid, folder: &self.out, output: &foam, format, restarts: false, fps };
+            run.fits(&self.context, &DiffuseOptions { settings, ..self.options })
+        });
+        // What cannot be read is made anew, or says why it cannot.
+        let lacks = !is_whole || !matches!(fits, Ok(Some(true)));
+        self.known = Some((settings, lacks));
+        lacks
+    }
+
     /// Lists the frames again if the next one is there, and returns how many there are.
     fn list(&mut self) -> Result<usize> {
         let known = self.water.as_ref().map_or(0, ParticleFrames::len);
@@ -92,20 +141,52 @@ impl FluidFrames {
     }
 }
 
-/// Bakes the frames of a fluid that are missing, and then those of its foam.
-fn bake(context: &Context, file: &Path, out: &Path, progress: &mut dyn Progress) -> Result<String> {
-    let run = FluidRun { file, output: out, format: Format::Cache, parts: 1, restarts: false, device: None };
-    let description = Description::read(file)?;
-    let options = DiffuseOptions {
+/// What foam of a fluid is made with at first.
+fn options(description: &Description) -> DiffuseOptions {
+    DiffuseOptions {
         spacing: description.spacing(),
         gravity: description.gravity(),
         bounds: description.basin(),
         settings: DiffuseSettings::default(),
-    };
+    }
+}
+
+/// The settings of foam that the window shows.
+fn foam_of(values: &[f64]) -> DiffuseSettings {
+    let value = |at: usize, other: f64| values.get(FIRST + at).copied().unwrap_or(other);
+    let plain = DiffuseSettings::default();
+    let rate = value(0, f64::from(plain.air_rate)) as f32;
+    let life = value(1, f64::from(plain.lifetime_max));
+    let [spray, bubbles] = [(2, plain.spray_below), (3, plain.bubbles_above)]
+        .map(|(at, other)| value(at, f64::from(other)).round() as u32);
+    DiffuseSettings {
+        air_rate: rate,
+        crest_rate: rate,
+        lifetime_min: (LEAST_LIFE * life) as f32,
+        lifetime_max: life as f32,
+        spray_below: spray,
+        bubbles_above: bubbles.max(spray),
+        ..plain
+    }
+}
+
+/// Bakes the frames of a fluid that are missing, and then those of its foam: all of them if they were made with other settings.
+fn bake(
+    context: &Context,
+    (file, out): (&Path, &Path),
+    settings: DiffuseSettings,
+    progress: &mut dyn Progress,
+) -> Result<String> {
+    let run = FluidRun { file, output: out, format: Format::Cache, parts: 1, restarts: false, device: None };
+    let description = Description::read(file)?;
+    let options = DiffuseOptions { settings, ..options(&description) };
     let fps = description.fps;
     let done = run.go(context, description, &mut |share: f32, stage: &str| progress.report(SHARE * share, stage))?;
     let (fluid, foam) = (relievo_particleio::frames(out)?, out.join(FOAM));
     let run = FoamRun { fluid: &fluid, folder: out, output: &foam, format: Format::Cache, restarts: false, fps };
+    if run.fits(context, &options)? == Some(false) {
+        run.clear()?;
+    }
     let mut later = |share: f32, stage: &str| progress.report(SHARE + (1.0 - SHARE) * share, &format!("foam: {stage}"));
     let white = run.go(context, &|_| Ok(options), &mut later)?;
     Ok(format!("{} particles and {} of foam, in {}", done.count, white.count, out.display()))
@@ -121,6 +202,7 @@ impl Subject for FluidFrames {
     }
 
     fn settings(&self) -> Vec<Setting> {
+        let plain = DiffuseSettings::default();
         vec![
             Setting {
                 name: "Water".into(),
@@ -131,8 +213,47 @@ impl Subject for FluidFrames {
             Setting {
                 name: "Size".into(),
                 hint: "Of a ball, in distances of particles at rest".into(),
-                range: Range::Slider { least: 0.1, most: 3.0, is_logarithmic: true },
+                range: Range::Slider { least: 0.1, most: 3.0, is_logarithmic: true, is_whole: false },
                 value: 1.0,
+            },
+            Setting {
+                name: "Foam".into(),
+                hint: "Its particles, white or with a colour for each kind".into(),
+                range: Range::Choice(["white", "kinds", "hidden"].map(str::to_owned).to_vec()),
+                value: 0.0,
+            },
+            Setting {
+                name: "Radius of foam".into(),
+                hint: "Of a ball of foam, in distances of particles at rest".into(),
+                range: Range::Slider { least: 0.01, most: 1.0, is_logarithmic: true, is_whole: false },
+                value: 0.15,
+            },
+            Setting {
+                name: "Amount of foam".into(),
+                hint:
+                    "Particles that a particle of the water makes in a second where it is wildest. Bake makes foam anew"
+                        .into(),
+                range: Range::Slider { least: 10.0, most: 1e5, is_logarithmic: true, is_whole: true },
+                value: f64::from(plain.air_rate),
+            },
+            Setting {
+                name: "Life of foam".into(),
+                hint: "Seconds that foam lives at most; at least it lives two fifths of them. Bake makes foam anew"
+                    .into(),
+                range: Range::Slider { least: 0.1, most: 60.0, is_logarithmic: true, is_whole: false },
+                value: f64::from(plain.lifetime_max),
+            },
+            Setting {
+                name: "Spray below".into(),
+                hint: "Particles with fewer neighbours in the water fly as spray. Bake makes foam anew".into(),
+                range: Range::Slider { least: 0.0, most: 40.0, is_logarithmic: false, is_whole: true },
+                value: f64::from(plain.spray_below),
+            },
+            Setting {
+                name: "Bubbles above".into(),
+                hint: "Particles with more neighbours in the water rise as bubbles. Bake makes foam anew".into(),
+                range: Range::Slider { least: 0.0, most: 80.0, is_logarithmic: false, is_whole: true },
+                value: f64::from(plain.bubbles_above),
             },
         ]
     }
@@ -141,17 +262,23 @@ impl Subject for FluidFrames {
         self.basin
     }
 
-    fn bake(&mut self) -> Option<Bake> {
+    fn bake(&mut self, values: &[f64]) -> Option<Bake> {
         // What cannot be read is an error of the picture.
         let frames = self.list().unwrap_or(0);
         let missing = Bake { stage: format!("{frames} of {} frames are baked", self.count), ..Bake::default() };
         let state = self.baker.as_ref().map_or(missing, Baker::state);
-        Some(Bake { frames, ..state })
+        if state.is_running {
+            self.known = None;
+        }
+        let has_more = !state.is_running && frames == self.count && self.lacks_foam(foam_of(values));
+        Some(Bake { frames, has_more, ..state })
     }
 
-    fn begin_bake(&mut self) {
+    fn begin_bake(&mut self, values: &[f64]) {
         let (context, file, out) = (self.context.clone(), self.file.clone(), self.out.clone());
-        self.baker = Some(Baker::start(move |progress| bake(&context, &file, &out, progress)));
+        let settings = foam_of(values);
+        self.known = None;
+        self.baker = Some(Baker::start(move |progress| bake(&context, (&file, &out), settings, progress)));
     }
 
     fn stop_bake(&mut self) {
@@ -159,7 +286,7 @@ impl Subject for FluidFrames {
     }
 
     fn picture(&mut self, frame: usize, values: &[f64], _: &Eye) -> Result<Picture> {
-        let [shown, size] = [0, 1].map(|at| values.get(at).copied().unwrap_or_default());
+        let [shown, size, foam_shown, foam_size] = [0, 1, 2, 3].map(|at| values.get(at).copied().unwrap_or_default());
         let channel = (shown == 1.0).then_some(relievo_particleio::VELOCITY);
         self.list()?;
         let mut picture = match self.water.as_mut().filter(|water| frame < water.len()) {
@@ -176,12 +303,22 @@ impl Subject for FluidFrames {
         }
         let name = self.water.as_ref().map_or_else(String::new, |water| water.file_name(frame));
         let foam = self.out.join(FOAM).join(name);
-        if foam.is_file() {
+        if foam.is_file() && foam_shown < 2.0 {
             let particles = relievo_particleio::read(&self.context, &foam)?.particles;
-            // Drops are finer than what the water is made of.
-            let radius = 0.15 * self.spacing * size as f32;
+            let radius = foam_size as f32 * self.spacing;
             picture.facts.push(format!("{} particles of foam", particles.points.len()));
-            picture.balls.extend(particles.points.iter().map(|center| Ball { center: *center, radius, color: WHITE }));
+            let channel = particles.channels.iter().find(|channel| foam_shown == 1.0 && channel.name == "type");
+            let kinds = channel.map_or(&[][..], |channel| &channel.values);
+            let color =
+                |at: usize| kinds.get(at).and_then(|kind| KINDS.get(*kind as usize)).map_or(WHITE, |(color, _)| *color);
+            let balls = particles.points.iter().enumerate();
+            picture.balls.extend(balls.map(|(at, center)| Ball { center: *center, radius, color: color(at) }));
+            if foam_shown == 1.0 {
+                picture.legend.extend(KINDS.map(|(color, name)| (color, name.to_owned())));
+            }
+            if self.known.is_some_and(|(_, lacks)| lacks) {
+                picture.facts.push("foam was baked with other settings".into());
+            }
         }
         Ok(picture)
     }

@@ -133,7 +133,7 @@ impl Subject for ParticleFrames {
             Setting {
                 name: "Size".into(),
                 hint: "Of a ball, in distances of particles at rest".into(),
-                range: Range::Slider { least: 0.1, most: 3.0, is_logarithmic: true },
+                range: Range::Slider { least: 0.1, most: 3.0, is_logarithmic: true, is_whole: false },
                 value: 1.0,
             },
         ]

@@ -75,7 +75,7 @@ impl Subject for SceneFrames {
         Some(objects.map_or(agents, |(low, high)| [low.min(agents[0]), high.max(agents[1])]))
     }
 
-    fn bake(&mut self) -> Option<Bake> {
+    fn bake(&mut self, _: &[f64]) -> Option<Bake> {
         let cache = self.stepper.cache();
         while self.baked < self.frames && cache.state(self.baked) == State::Baked {
             self.baked += 1;
@@ -85,7 +85,7 @@ impl Subject for SceneFrames {
         Some(Bake { frames: self.baked as usize, ..state })
     }
 
-    fn begin_bake(&mut self) {
+    fn begin_bake(&mut self, _: &[f64]) {
         let (context, path, out) = (self.context.clone(), self.path.clone(), self.out.clone());
         self.baker = Some(Baker::start(move |progress| {
             let scene = relievo_scene::file::read_file(&path)?;

@@ -88,7 +88,7 @@ impl Subject for Tissue {
             Setting {
                 name: "Cut at".into(),
                 hint: "A share of the model along the axis, at rest".into(),
-                range: Range::Slider { least: 0.0, most: 1.0, is_logarithmic: false },
+                range: Range::Slider { least: 0.0, most: 1.0, is_logarithmic: false, is_whole: false },
                 value: 0.5,
             },
             choice(

@@ -151,7 +151,7 @@ impl Subject for Walkers {
             Setting {
                 name: "Error".into(),
                 hint: "Pixels that what is drawn may differ from the model".into(),
-                range: Range::Slider { least: 0.1, most: 50.0, is_logarithmic: true },
+                range: Range::Slider { least: 0.1, most: 50.0, is_logarithmic: true, is_whole: false },
                 value: 0.5,
             },
             Setting {

@@ -74,16 +74,17 @@ impl Panels {
 
     /// Lets the user bake the frames that are missing, and says how far that is.
     fn bake(&mut self, ui: &mut Ui, subject: &mut dyn Subject, stage: &mut Stage) {
+        let values = stage.values();
         let Some(bake) = &stage.bake else { return };
         ui.horizontal(|ui| {
             let name = if bake.is_running { "Stop" } else { "Bake" };
-            let hint = "Computes the frames that are missing, and writes what the scene says";
-            let has_work = bake.is_running || bake.frames < stage.frames.count;
+            let hint = "Computes what is missing or was baked with other settings, and writes what the scene says";
+            let has_work = bake.is_running || bake.has_more || bake.frames < stage.frames.count;
             let response = ui.add_enabled(has_work, egui::Button::new(name)).on_hover_text(hint);
             if self.clicked(name, &response) {
                 match bake.is_running {
                     true => subject.stop_bake(),
-                    false => subject.begin_bake(),
+                    false => subject.begin_bake(&values),
                 }
                 stage.follows = !bake.is_running;
             }
@@ -138,9 +139,10 @@ impl Panels {
                         }
                     });
                 }
-                Range::Slider { least, most, is_logarithmic } => {
+                Range::Slider { least, most, is_logarithmic, is_whole } => {
                     ui.strong(name.as_str());
                     let slider = Slider::new(value, *least..=*most).logarithmic(*is_logarithmic);
+                    let slider = if *is_whole { slider.integer() } else { slider };
                     let response = ui.add(slider).on_hover_text(hint.as_str());
                     self.clicked(name, &response);
                 }

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use egui::{Event, Key, PointerButton, Rect, Response, Ui};
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use relievo_core::Result;
 use relievo_render::Mesh;
 
-use super::{Bake, Ball, Eye, Frames, Picture, Setting, Subject, bounds, complete};
+use super::{Bake, Ball, Eye, Frames, Picture, Setting, Subject, bounds, complete, handle};
 use crate::drawing::camera::{Camera, Side};
 use crate::drawing::rays::{MAX_TRIANGLES, Rays};
 
@@ -18,6 +18,21 @@ enum Drag {
     Orbit,
     Pan,
     Zoom,
+    Handle,
+}
+
+/// What a picture is made of.
+#[derive(Clone, Debug, PartialEq)]
+struct Made {
+    frame: usize,
+    /// Whether the frame was baked, and a bake ran.
+    baked: [bool; 2],
+    values: Vec<f64>,
+    /// From where it is seen, where that matters.
+    eye: Option<Eye>,
+    handle: Option<DVec3>,
+    /// Works in the background that were done.
+    works: u64,
 }
 
 /// Frames that are written as pictures.
@@ -51,8 +66,10 @@ pub(super) struct Stage {
     pub bake: Option<Bake>,
     /// Whether the last frame of a bake is shown that runs, or has just ended.
     pub follows: bool,
-    /// What the picture was made of: the frame, whether it was baked and a bake ran, the settings, and from where it is seen.
-    made: Option<(usize, [bool; 2], Vec<f64>, Option<Eye>)>,
+    made: Option<Made>,
+    handle: Option<DVec3>,
+    /// Works in the background that were done, and whether one is at work.
+    works: (u64, bool),
     /// When the frame was shown first.
     since: f64,
     drag: Option<Drag>,
@@ -79,15 +96,18 @@ impl Stage {
             serial: 0,
             cost: 0.0,
             message: None,
-            bake: subject.bake(),
+            bake: None,
             follows: false,
             made: None,
+            handle: None,
+            works: (0, false),
             since: 0.0,
             drag: None,
             last: None,
             is_fitted: false,
             recording: None,
         };
+        stage.bake = subject.bake(&stage.values());
         stage.fit();
         stage.make(subject)?;
         if known.is_none() {
@@ -111,17 +131,29 @@ impl Stage {
         Eye { place, axes: self.camera.axes(), fov, size }
     }
 
+    /// Returns the values of the settings.
+    pub fn values(&self) -> Vec<f64> {
+        self.settings.iter().map(|setting| setting.value).collect()
+    }
+
     /// Makes the picture anew if what it is made of changed.
     fn make(&mut self, subject: &mut dyn Subject) -> Result<()> {
-        let values: Vec<f64> = self.settings.iter().map(|setting| setting.value).collect();
+        let values = self.values();
         let eye = self.eye();
         let baked = self.bake.as_ref().map_or([true, false], |bake| [self.frame < bake.frames, bake.is_running]);
-        let wanted = (self.frame, baked, values, subject.follows_the_eye().then_some(eye));
+        let wanted = Made {
+            frame: self.frame,
+            baked,
+            values,
+            eye: subject.follows_the_eye().then_some(eye),
+            handle: subject.handle(),
+            works: self.works.0,
+        };
         if self.made.as_ref() == Some(&wanted) {
             return Ok(());
         }
         let start = Instant::now();
-        let made = subject.picture(wanted.0, &wanted.2, &eye);
+        let made = subject.picture(wanted.frame, &wanted.values, &eye);
         // What failed is not tried again before something else is asked for.
         self.made = Some(wanted);
         let mut picture = made?;
@@ -143,15 +175,26 @@ impl Stage {
         if !ui.ctx().egui_wants_keyboard_input() {
             self.keys(ui);
         }
+        self.handle = subject.handle();
         self.pointer(ui, &response);
+        if let Some(place) = self.handle.filter(|place| subject.handle() != Some(*place)) {
+            subject.move_handle(place);
+        }
         self.follow(ui, subject);
         self.play(ui);
+        self.works = subject.works();
         if let Err(error) = self.make(subject) {
             self.message = Some(error.to_string());
             self.is_playing = false;
         }
         if let Some(recording) = &mut self.recording {
             recording.is_shown = recording.frame == self.frame;
+        }
+        if self.is_working() {
+            ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
+        }
+        if let Some(place) = self.handle {
+            handle::draw(ui, &self.camera, area, place);
         }
         let is_busy = self.is_playing || self.drag.is_some() || self.recording.is_some();
         let Self { rays, picture, camera, serial, .. } = self;
@@ -161,9 +204,22 @@ impl Stage {
         }
     }
 
+    /// Whether the subject works in the background on what its picture shows, or the picture lacks what such work found.
+    pub fn is_working(&self) -> bool {
+        self.works.1
+    }
+
+    /// Returns where the ray through a place of the window meets the picture.
+    fn met(&self, pos: egui::Pos2) -> Option<DVec3> {
+        let area = self.area?;
+        let share = |at: f32, low: f32, length: f32| 2.0 * f64::from((at - low) / length.max(1.0)) - 1.0;
+        let place = DVec2::new(share(pos.x, area.left(), area.width()), -share(pos.y, area.top(), area.height()));
+        handle::met(&self.picture.mesh, self.camera.ray(place, self.aspect()))
+    }
+
     /// Goes on to the last frame of a bake, unless frames are played meanwhile.
     fn follow(&mut self, ui: &Ui, subject: &mut dyn Subject) {
-        self.bake = subject.bake();
+        self.bake = subject.bake(&self.values());
         let Some(bake) = &self.bake else { return };
         if self.follows && !self.is_playing {
             self.frame = bake.frames.saturating_sub(1);
@@ -227,7 +283,11 @@ impl Stage {
                 Event::PointerButton { pos, button, pressed: true, modifiers } if response.contains_pointer() => {
                     self.last = Some(*pos);
                     let has_control = modifiers.ctrl || modifiers.command;
+                    let is_plain = *button == PointerButton::Primary && !modifiers.shift && !has_control;
+                    let is_handle =
+                        |area| self.handle.is_some_and(|place| handle::is_at(&self.camera, area, place, *pos));
                     self.drag = Some(match (button, modifiers.shift, has_control) {
+                        _ if is_plain && self.area.is_some_and(is_handle) => Drag::Handle,
                         (PointerButton::Secondary, _, true) | (_, false, true) => Drag::Zoom,
                         (_, true, _) => Drag::Pan,
                         _ => Drag::Orbit,
@@ -240,6 +300,7 @@ impl Stage {
                         Some(Drag::Orbit) => self.camera.orbit(way),
                         Some(Drag::Pan) => self.camera.pan(way),
                         Some(Drag::Zoom) => self.camera.zoom(-8.0 * way.y),
+                        Some(Drag::Handle) => self.handle = self.met(*pos).or(self.handle),
                         None => {}
                     }
                     self.last = Some(*pos);
