@@ -77,3 +77,22 @@ fn place(shared: &[[u32; 2]], vertex: u32) -> usize {
     }
     at
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_vertices_of_other_patches_than_were_expected_have_numbers() {
+        // Another patch of the same cut has met all of them first.
+        let of: Vec<AtomicU64> = (0..100).map(|vertex| AtomicU64::new(2 << u32::BITS | vertex)).collect();
+        let claims = Claims { of: &of, first: 1 };
+        let mut numbers = Numbers::new(&claims, 0, 0);
+        let vertices: Vec<u32> = (0..100).rev().collect();
+        for _ in 0..2 {
+            let given: Vec<u32> = vertices.iter().map(|vertex| numbers.number(*vertex)).collect();
+            assert_eq!(given, (0..100).collect::<Vec<u32>>());
+        }
+        assert_eq!(numbers.met, vertices);
+    }
+}

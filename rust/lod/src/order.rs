@@ -96,3 +96,44 @@ fn spread(number: u32) -> u32 {
     let number = (number | number << 4) & 0x030c_30c3;
     (number | number << 2) & 0x0924_9249
 }
+
+#[cfg(test)]
+mod tests {
+    use relievo_core::ContextOptions;
+
+    use super::*;
+
+    #[test]
+    fn triangles_of_one_cell_follow_each_other() {
+        let context = Context::new(&ContextOptions::default()).unwrap();
+        let size = 64;
+        let points = (0..size * size).map(|at| Vec3::new((at % size) as f32, (at / size) as f32, 0.0));
+        let corners = [0, 1, size].map(|step| move |at: u32| at + step);
+        let inside = |at: &u32| at % size < size - 1 && at / size < size - 1;
+        let input: Vec<[u32; 3]> = (0..size * size).filter(inside).map(|at| corners.map(|corner| corner(at))).collect();
+        let points: Vec<Vec3> = points.collect();
+        let pieces = Pieces {
+            input: &input,
+            left: None,
+            points: points.iter().map(|point| point.extend(0.0)).collect(),
+            factors: Vec::new(),
+            is_locked: Vec::new(),
+            valences: Vec::new(),
+            joined: Vec::new(),
+        };
+        // Sixteen cells along twice the extent are eight wide, and hold 64 triangles or fewer.
+        let bounds = (Vec3::ZERO, Vec3::splat(size as f32));
+        let order = along_curve(&context, &pieces, input.len(), bounds, Vec3::ZERO);
+        let cell = |at: &u32| points[input[*at as usize][0] as usize].to_array().map(|place| place as u32 / 8);
+        let mut cells: Vec<_> = order.iter().map(cell).collect();
+        cells.dedup();
+        assert_eq!(cells.len(), 64);
+        let steps =
+            cells.windows(2).filter(|pair| pair[0][0].abs_diff(pair[1][0]) + pair[0][1].abs_diff(pair[1][1]) > 2);
+        // The curve jumps where a block of cells ends, and is among neighbours otherwise.
+        assert!(steps.count() <= 8);
+        let mut all = order;
+        all.sort_unstable();
+        assert!(all.iter().copied().eq(0..input.len() as u32));
+    }
+}

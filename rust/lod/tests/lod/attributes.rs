@@ -412,3 +412,18 @@ proptest! {
         prop_assert!(after.values().all(|count| *count <= most));
     }
 }
+
+#[test]
+fn a_mesh_without_attributes_is_welded_and_keeps_locked_points() {
+    let (points, triangles) = torus(30, 16);
+    // Every triangle has points of its own.
+    let apart: Vec<[f32; 3]> = triangles.iter().flatten().map(|corner| points[*corner as usize]).collect();
+    let corners: Vec<[u32; 3]> = (0..triangles.len() as u32).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
+    let mesh = Mesh::from_triangles(apart.clone(), &corners);
+    let options = SimplifyOptions { faces: 200, locked: vec![7], ..Default::default() };
+    let made = simplify_mesh(&Context::serial(), &mesh, &options, &AttributeOptions::default(), &mut Silent).unwrap();
+    let left = made.mesh.triangles();
+    assert!((150..=200).contains(&left.len()) && made.error > 0.0, "{} {}", left.len(), made.error);
+    assert!(edges(&left).values().all(|count| *count == 2));
+    assert!(made.mesh.points.contains(&apart[7]));
+}

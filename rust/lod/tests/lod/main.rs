@@ -13,6 +13,7 @@ mod journals;
 mod keyed;
 mod order;
 mod posed_distance;
+mod progress;
 mod progressive;
 mod sculpting;
 mod shapes;

@@ -13,7 +13,8 @@ use super::weave::{CHOSEN, REACHED};
 use crate::stage::target;
 use crate::suite::surroundings;
 
-/// A program that runs longer than so many times what it took without a mutant, and these seconds, is ended.
+/// A program is ended that takes more time of processors than so many times what it took without a mutant, and these
+/// seconds. Other programs do not change that, so it may take so many times as long by the clock.
 const TIMES: u32 = 3;
 const SECONDS: u64 = 20;
 /// KiB that a program may take, and units of 512 bytes of a file that it may write: a mutant may ask for all there are.
@@ -103,8 +104,15 @@ fn parse(line: &str) -> Option<(String, Verdict)> {
 /// A program with tests that was run without a mutant.
 pub struct Known {
     pub test: Test,
-    limit: Duration,
+    limits: Limits,
     reached: BTreeSet<u32>,
+}
+
+/// What a program may take: of processors, and by the clock.
+#[derive(Clone, Copy)]
+struct Limits {
+    work: Duration,
+    clock: Duration,
 }
 
 enum Ended {
@@ -125,7 +133,8 @@ pub fn know(test: Test) -> Result<Known, String> {
     let file = target().join("mutants/reached.txt");
     std::fs::write(&file, "").map_err(|error| fault(&file, error))?;
     let start = Instant::now();
-    let ended = run(&test, 0, Some(&file), Duration::from_secs(1800))?;
+    let hour = Duration::from_secs(3600);
+    let (ended, work) = run(&test, 0, Some(&file), Limits { work: hour, clock: hour })?;
     let length = start.elapsed();
     let name = test.program.display();
     match ended {
@@ -136,7 +145,9 @@ pub fn know(test: Test) -> Result<Known, String> {
     let text = std::fs::read_to_string(&file).map_err(|error| fault(&file, error))?;
     let reached: BTreeSet<u32> = text.lines().filter_map(|line| line.parse().ok()).collect();
     println!("{name}: {:.1} s, {} mutants reached", length.as_secs_f64(), reached.len());
-    Ok(Known { test, limit: TIMES * length + Duration::from_secs(SECONDS), reached })
+    let work = TIMES * work + Duration::from_secs(SECONDS);
+    let clock = TIMES * (TIMES * length + Duration::from_secs(SECONDS));
+    Ok(Known { test, limits: Limits { work, clock }, reached })
 }
 
 /// Runs those of `tests` that reach a mutant, until one notices it.
@@ -144,7 +155,7 @@ pub fn judge(number: u32, tests: &[&Known]) -> Result<Verdict, String> {
     let mut is_reached = false;
     for known in tests.iter().filter(|known| known.reached.contains(&number)) {
         is_reached = true;
-        match run(&known.test, number, None, known.limit)? {
+        match run(&known.test, number, None, known.limits)?.0 {
             Ended::Passed => {}
             Ended::Failed(what) => return Ok(Verdict::Caught(format!("{}: {what}", known.test.package))),
             Ended::Late => return Ok(Verdict::Timeout(known.test.package.clone())),
@@ -153,8 +164,8 @@ pub fn judge(number: u32, tests: &[&Known]) -> Result<Verdict, String> {
     Ok(Verdict::Missed { is_reached })
 }
 
-/// Runs a program until it ends, a test fails, or it takes too long.
-fn run(test: &Test, number: u32, reached: Option<&Path>, limit: Duration) -> Result<Ended, String> {
+/// Runs a program until it ends, a test fails, or it takes too long. Also returns the time that it took of processors.
+fn run(test: &Test, number: u32, reached: Option<&Path>, limits: Limits) -> Result<(Ended, Duration), String> {
     let path = target().join("mutants/output.txt");
     let output = File::create(&path).map_err(|error| fault(&path, error))?;
     let both = output.try_clone().map_err(|error| fault(&path, error))?;
@@ -168,7 +179,9 @@ fn run(test: &Test, number: u32, reached: Option<&Path>, limit: Duration) -> Res
     surroundings(&mut command);
     let mut child = command.spawn().map_err(|error| fault(&test.program, error))?;
     let start = Instant::now();
+    let mut work = Duration::ZERO;
     let ended = loop {
+        work = work.max(worked(child.id()).unwrap_or_else(|| start.elapsed()));
         let status = child.try_wait().map_err(|error| fault(&test.program, error))?;
         // Another test may go on for long.
         let failed = failure(&path);
@@ -180,13 +193,24 @@ fn run(test: &Test, number: u32, reached: Option<&Path>, limit: Duration) -> Res
         if let Some(failed) = failed {
             break Ended::Failed(failed);
         }
-        if start.elapsed() > limit {
+        if work > limits.work || start.elapsed() > limits.clock {
             break Ended::Late;
         }
         std::thread::sleep(Duration::from_millis(50));
     };
     end(&mut child);
-    Ok(ended)
+    Ok((ended, work))
+}
+
+/// Returns the time that a program and its ended descendants took of processors, where the system has a file of it.
+fn worked(id: u32) -> Option<Duration> {
+    /// Ticks of a second, the same on all of Linux.
+    const TICKS: u64 = 100;
+    let text = std::fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
+    // The name, in parentheses, may have spaces.
+    let fields = text.rsplit_once(')')?.1.split_whitespace().skip(11).take(4);
+    let ticks: u64 = fields.filter_map(|field| field.parse::<u64>().ok()).sum();
+    Some(Duration::from_millis(ticks * 1000 / TICKS))
 }
 
 /// Ends a program and its descendants.
@@ -229,6 +253,14 @@ mod tests {
         assert_eq!(read.of("a.rs:2:1: replace f"), Some(&Verdict::Unviable("no such method".into())));
         assert!(Results::open(path.clone(), "seed 2").unwrap().known.is_empty());
         std::fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn work_of_processors_grows_and_that_of_no_program_is_unknown() {
+        let before = worked(std::process::id()).unwrap();
+        let sum = (0..200_000_000u64).fold(0u64, |sum, at| std::hint::black_box(sum ^ at.wrapping_mul(at)));
+        assert!(worked(std::process::id()).unwrap() > before, "{sum}");
+        assert_eq!(worked(u32::MAX), None);
     }
 
     #[test]
