@@ -14,6 +14,7 @@ mod mutants;
 mod packages;
 mod paths;
 mod peers;
+mod platforms;
 mod release;
 mod sbom;
 mod stage;
@@ -25,6 +26,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+
+use crate::platforms::Platform;
 
 #[derive(Parser)]
 #[command(name = "cargo xtask", about = "Builds, tests, shows and measures Relievo", disable_help_subcommand = true)]
@@ -118,6 +121,14 @@ enum Task {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Builds for Linux on AArch64, Windows and macOS, and runs tests in qemu and Wine
+    Platforms {
+        /// Which of them; all where none is named
+        names: Vec<Platform>,
+        /// Installs missing packages without asking
+        #[arg(long)]
+        yes: bool,
+    },
     /// Writes the licences of the crates that are linked
     Notices {
         /// The file
@@ -148,6 +159,7 @@ fn main() -> ExitCode {
         Task::Docs => bindings::pages(),
         Task::Dist { test } => dist::run(test),
         Task::Release { .. } => release::run(),
+        Task::Platforms { names, yes } => platforms::run(&names, yes),
         Task::Notices { file } => licences::write(&file),
         Task::Mutants { names, count, seed } => mutants::run(&names, count, seed),
         Task::Window => suite::window(),
