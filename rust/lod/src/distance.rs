@@ -52,12 +52,12 @@ pub fn distance(
     [first, second]: [(&[[f32; 3]], &[[u32; 3]]); 2],
     progress: &mut dyn Progress,
 ) -> Result<Distance> {
-    let [first, second] = [Surface::new(context, first)?, Surface::new(context, second)?];
+    let [first, second] = [MeasuredMesh::new(context, first)?, MeasuredMesh::new(context, second)?];
     first.distance(context, &second, progress)
 }
 
 /// A mesh that distances are measured from and to.
-pub struct Surface<'a> {
+pub struct MeasuredMesh<'a> {
     points: &'a [[f32; 3]],
     triangles: &'a [[u32; 3]],
     /// Triangles that have area, in order.
@@ -68,14 +68,14 @@ pub struct Surface<'a> {
     extent: f64,
 }
 
-/// A triangle that is near a point, by its place in [`Surface::solid`], and its distance.
+/// A triangle that is near a point, by its place in [`MeasuredMesh::solid`], and its distance.
 #[derive(Clone, Copy)]
 pub(crate) struct Near {
     pub triangle: u32,
     pub distance: f64,
 }
 
-/// A part of a triangle, and a triangle of the other surface near it, by its place in [`Surface::solid`].
+/// A part of a triangle, and a triangle of the other surface near it, by its place in [`MeasuredMesh::solid`].
 #[derive(Clone, Copy)]
 pub(crate) struct Piece {
     pub corners: [DVec3; 3],
@@ -100,7 +100,7 @@ pub struct Beyond {
     pub nearest: u32,
 }
 
-impl<'a> Surface<'a> {
+impl<'a> MeasuredMesh<'a> {
     /// Prepares a mesh. Fails if a coordinate is not finite, an index is too large, or memory does not suffice.
     pub fn new(context: &Context, (points, triangles): (&'a [[f32; 3]], &'a [[u32; 3]])) -> Result<Self> {
         let bytes = BYTES * triangles.len() as u64;
@@ -133,7 +133,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Measures the largest distance to and from another surface, as [`distance`] does.
-    pub fn distance(&self, context: &Context, other: &Surface, progress: &mut dyn Progress) -> Result<Distance> {
+    pub fn distance(&self, context: &Context, other: &MeasuredMesh, progress: &mut dyn Progress) -> Result<Distance> {
         if self.solid.is_empty() && other.solid.is_empty() {
             return Ok(Distance::default());
         }
@@ -158,7 +158,7 @@ impl<'a> Surface<'a> {
     pub fn beyond(
         &self,
         context: &Context,
-        other: &Surface,
+        other: &MeasuredMesh,
         most: f64,
         (progress, [start, end]): (&mut dyn Progress, [f32; 2]),
     ) -> Result<Vec<Beyond>> {
@@ -196,7 +196,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Fails if only one of two surfaces has area.
-    pub(crate) fn check(&self, other: &Surface) -> Result<()> {
+    pub(crate) fn check(&self, other: &MeasuredMesh) -> Result<()> {
         if self.solid.is_empty() != other.solid.is_empty() {
             return Err(Error::invalid("one of the meshes has no triangle with area, and no distance from the other"));
         }
@@ -233,7 +233,7 @@ impl<'a> Surface<'a> {
     pub(crate) fn vertices_near(
         &self,
         context: &Context,
-        other: &Surface,
+        other: &MeasuredMesh,
         progress: &mut dyn Progress,
         span: [f32; 2],
     ) -> Result<Vec<Near>> {
@@ -261,7 +261,7 @@ impl<'a> Surface<'a> {
     fn sweep(
         &self,
         context: &Context,
-        (other, near): (&Surface, &[Near]),
+        (other, near): (&MeasuredMesh, &[Near]),
         limits: [f64; 2],
         progress: &mut dyn Progress,
         span: [f32; 2],
@@ -468,7 +468,7 @@ mod tests {
             let found = measured(&context, &first, &second);
             let mut farthest = 0.0f64;
             for (from, to) in [(&first, &second), (&second, &first)] {
-                let to = Surface::new(&context, (&to.0, &to.1)).unwrap();
+                let to = MeasuredMesh::new(&context, (&to.0, &to.1)).unwrap();
                 for sample in 0..20_000 {
                     let triangle = from.1[(random.unit() * from.1.len() as f32) as usize % from.1.len()];
                     let [a, b, c] = triangle.map(|vertex| exact(from.0[vertex as usize]));
@@ -492,7 +492,7 @@ mod tests {
         let context = Context::serial();
         let flat = lifted(8, 1.0, |_, _| 0.0);
         let peak = lifted(8, 1.0, |x, y| if x == 0.5 && y == 0.5 { 0.25 } else { 0.0 });
-        let [flat, peak] = [&flat, &peak].map(|mesh| Surface::new(&context, (&mesh.0, &mesh.1)).unwrap());
+        let [flat, peak] = [&flat, &peak].map(|mesh| MeasuredMesh::new(&context, (&mesh.0, &mesh.1)).unwrap());
         let found = peak.beyond(&context, &flat, 0.2, (&mut Silent, [0.0, 1.0])).unwrap();
         assert_eq!(found.len(), 6, "the triangles around the peak");
         assert!(peak.beyond(&context, &flat, 0.25, (&mut Silent, [0.0, 1.0])).unwrap().is_empty());

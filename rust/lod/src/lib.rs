@@ -11,7 +11,7 @@ mod watched;
 mod weld;
 
 pub use distance::posed_distance::PosedDistance;
-pub use distance::{Distance, distance};
+pub use distance::{Distance, MeasuredMesh, distance};
 pub use progressive::Progressive;
 pub use simplify::attributes::{Attributes, SimplifiedWith, simplify_with};
 pub use simplify::mesh::{AttributeOptions, SimplifiedMesh, default_weight, simplify_mesh};

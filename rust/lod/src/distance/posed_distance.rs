@@ -14,7 +14,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_surface::triangle::closest;
 
 use crate::connectivity::NONE;
-use crate::distance::{Farthest, Piece, Surface, WHOLE, exact, gap};
+use crate::distance::{Farthest, MeasuredMesh, Piece, WHOLE, exact, gap};
 
 /// Pieces of a triangle on average up to which finer pieces of another pose replace those of the first one.
 const MAX_PIECES: usize = 64;
@@ -58,7 +58,7 @@ struct Block<'a> {
     extents: [f32; LANES],
     triangles: [&'a [[u32; 3]]; 2],
     /// Both meshes in each pose.
-    surfaces: [[OnceLock<Result<Surface<'a>>>; 2]; LANES],
+    surfaces: [[OnceLock<Result<MeasuredMesh<'a>>>; 2]; LANES],
 }
 
 impl<'a> Block<'a> {
@@ -75,9 +75,9 @@ impl<'a> Block<'a> {
     }
 
     /// Returns a mesh in a pose.
-    fn surface(&self, lane: usize, side: usize) -> Result<&Surface<'a>> {
+    fn surface(&self, lane: usize, side: usize) -> Result<&MeasuredMesh<'a>> {
         let made = self.surfaces[lane][side]
-            .get_or_init(|| Surface::new(&Context::serial(), (&self.poses[lane], self.triangles[side])));
+            .get_or_init(|| MeasuredMesh::new(&Context::serial(), (&self.poses[lane], self.triangles[side])));
         made.as_ref().map_err(Clone::clone)
     }
 
@@ -129,7 +129,7 @@ impl<'a> PosedDistance<'a> {
         triangles: [&'a [[u32; 3]]; 2],
         least: f32,
     ) -> Result<(Self, f32)> {
-        let [first, second] = triangles.map(|triangles| Surface::new(context, (points, triangles)));
+        let [first, second] = triangles.map(|triangles| MeasuredMesh::new(context, (points, triangles)));
         let surfaces = [first?, second?];
         if surfaces.iter().any(|surface| surface.solid.is_empty()) {
             return Err(Error::invalid("a mesh has no triangle with area"));
@@ -268,7 +268,7 @@ impl<'a> PosedDistance<'a> {
                 if squared[lane] <= limits[lane] {
                     continue;
                 }
-                let rounding = Surface::rounding_of(block.extents[lane]);
+                let rounding = MeasuredMesh::rounding_of(block.extents[lane]);
                 let [a, b, c] = own.map(|vertex| exact(points[vertex as usize]));
                 let places = patch.weights.map(|weight| a * weight.x + b * weight.y + c * weight.z);
                 let near = other.map(|vertex| exact(points[vertex as usize]));

@@ -6,7 +6,7 @@
 
 use relievo_core::{Context, Progress, Result};
 
-use crate::distance::Surface;
+use crate::distance::MeasuredMesh;
 
 /// A mesh as points and triangles.
 pub type Triangles<'a> = (&'a [[f32; 3]], &'a [[u32; 3]]);
@@ -65,7 +65,7 @@ pub fn within<T>(
     mut simplify: impl FnMut(&Limits, &mut dyn Progress) -> Result<T>,
     shape: impl Fn(&T) -> Triangles<'_>,
 ) -> Result<(T, f32)> {
-    let original = Surface::new(context, input)?;
+    let original = MeasuredMesh::new(context, input)?;
     let most = f64::from(bound).max(original.rounding());
     let mut limits = Limits { error: (most as f32).min(error), lowered: vec![0; input.0.len()] };
     let mut round = 0;
@@ -75,7 +75,7 @@ pub fn within<T>(
         let width = 0.5 * (1.0 - start);
         let mut made = |fraction: f32, stage: &str| progress.report(start + 0.5 * width * fraction, stage);
         let made = simplify(&limits, &mut made)?;
-        let surface = Surface::new(context, shape(&made))?;
+        let surface = MeasuredMesh::new(context, shape(&made))?;
         let mut part = |fraction: f32, stage: &str| progress.report(start + width * fraction, stage);
         let there = surface.beyond(context, &original, most, (&mut part, [0.5, 0.75]))?;
         let back = original.beyond(context, &surface, most, (&mut part, [0.75, 1.0]))?;

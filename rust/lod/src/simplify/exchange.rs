@@ -14,7 +14,7 @@ use relievo_core::{Context, Result};
 use relievo_surface::triangle::closest;
 
 use crate::connectivity::NONE;
-use crate::distance::{Near, Surface, exact, gap};
+use crate::distance::{MeasuredMesh, Near, exact, gap};
 use crate::simplify::error_bound::Triangles;
 
 /// Triangles of an input at most.
@@ -107,7 +107,7 @@ struct State {
 }
 
 struct Exchange<'a> {
-    input: Surface<'a>,
+    input: MeasuredMesh<'a>,
     mesh: Triangles<'a>,
     /// Deviations up to this are left alone.
     floor: f64,
@@ -148,7 +148,7 @@ pub fn exchange(
         return Ok(());
     }
     let serial = Context::serial();
-    let input = Surface::new(&serial, mesh)?;
+    let input = MeasuredMesh::new(&serial, mesh)?;
     let mut exchange = Exchange { input, mesh, floor: 0.0, room: 0.0, most: faces.max(count), effort: Cell::new(0) };
     let before = state.points.len();
     if !exchange.measure(&mut state)? {
@@ -465,7 +465,7 @@ impl Exchange<'_> {
     /// Measures all deviations. Returns whether there are outliers.
     fn measure(&mut self, state: &mut State) -> Result<bool> {
         let serial = Context::serial();
-        let result = Surface::new(&serial, (&state.points, &state.triangles))?;
+        let result = MeasuredMesh::new(&serial, (&state.points, &state.triangles))?;
         if result.solid.is_empty() || self.input.solid.is_empty() {
             return Ok(false);
         }
@@ -562,7 +562,7 @@ impl Exchange<'_> {
                 if is_sharp(&state.back[it as usize]) {
                     return Ok(false);
                 }
-                let result = Surface::new(&Context::serial(), (&state.points, &state.triangles))?;
+                let result = MeasuredMesh::new(&Context::serial(), (&state.points, &state.triangles))?;
                 let corners = self.input.corners(it);
                 let mut beside = Vec::new();
                 state.back[it as usize] =
@@ -637,7 +637,7 @@ impl Exchange<'_> {
                 (it, near, on(place, self.input.corners(near)))
             }
             Spot::Back(it) => {
-                let result = Surface::new(&serial, (&state.points, &state.triangles))?;
+                let result = MeasuredMesh::new(&serial, (&state.points, &state.triangles))?;
                 let place = state.back[it as usize].place;
                 (result.solid[result.nearest(place, NONE).triangle as usize], it, place)
             }
@@ -715,7 +715,7 @@ impl Exchange<'_> {
         }
         let (points, triangles, _) = state.after(&change);
         let serial = Context::serial();
-        let result = Surface::new(&serial, (&points, &triangles))?;
+        let result = MeasuredMesh::new(&serial, (&points, &triangles))?;
         let mut again: Vec<u32> = change.removed.iter().flat_map(|it| &state.measured[*it as usize]).copied().collect();
         again.sort_unstable();
         again.dedup();
@@ -751,7 +751,7 @@ impl Exchange<'_> {
 }
 
 /// Finds what is near the corners of a triangle; `hint` is a triangle that may be.
-fn near(to: &Surface, corners: [DVec3; 3], mut hint: u32) -> [Near; 3] {
+fn near(to: &MeasuredMesh, corners: [DVec3; 3], mut hint: u32) -> [Near; 3] {
     corners.map(|corner| {
         let near = to.nearest(corner, hint);
         hint = near.triangle;
@@ -762,7 +762,7 @@ fn near(to: &Surface, corners: [DVec3; 3], mut hint: u32) -> [Near; 3] {
 /// Bounds the distance of a triangle from a surface. Adds the triangles by which it was bounded to `beside`, each with the
 /// number of the triangle.
 fn far(
-    to: &Surface,
+    to: &MeasuredMesh,
     corners: [DVec3; 3],
     near: [Near; 3],
     (it, beside): (u32, &mut Vec<(u32, u32)>),

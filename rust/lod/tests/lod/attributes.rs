@@ -420,7 +420,7 @@ fn a_mesh_without_attributes_is_welded_and_keeps_locked_points() {
     let apart: Vec<[f32; 3]> = triangles.iter().flatten().map(|corner| points[*corner as usize]).collect();
     let corners: Vec<[u32; 3]> = (0..triangles.len() as u32).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
     let mesh = Mesh::from_triangles(apart.clone(), &corners);
-    let options = SimplifyOptions { faces: 200, locked: vec![7], ..Default::default() };
+    let options = SimplifyOptions { target_triangles: 200, locked: vec![7], ..Default::default() };
     let made = simplify_mesh(&Context::serial(), &mesh, &options, &AttributeOptions::default(), &mut Silent).unwrap();
     let left = made.mesh.triangles();
     assert!((150..=200).contains(&left.len()) && made.error > 0.0, "{} {}", left.len(), made.error);

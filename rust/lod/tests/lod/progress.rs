@@ -12,7 +12,7 @@ type Call = fn(&Context, &mut dyn Progress) -> Result<()>;
 
 fn simplifies(context: &Context, progress: &mut dyn Progress) -> Result<()> {
     let mesh = torus(60, 30);
-    let options = SimplifyOptions { faces: 400, ..Default::default() };
+    let options = SimplifyOptions { target_triangles: 400, ..Default::default() };
     simplify(context, &mesh.0, &mesh.1, &options, progress).map(|_| ())
 }
 

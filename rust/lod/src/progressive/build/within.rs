@@ -6,7 +6,7 @@
 use relievo_core::{Context, Progress, Result};
 
 use super::cut::Cut;
-use crate::distance::Surface;
+use crate::distance::MeasuredMesh;
 use crate::progressive::mesh::active::ActiveMesh;
 
 /// Levels that are measured, at most.
@@ -26,7 +26,7 @@ impl ActiveMesh {
     pub fn adapt_within(&mut self, context: &Context, bound: f32, progress: &mut dyn Progress) -> Result<f32> {
         self.adapt(context, Cut::FINEST);
         let finest = self.surface();
-        let finest = Surface::new(context, (&finest.0, &finest.1))?;
+        let finest = MeasuredMesh::new(context, (&finest.0, &finest.1))?;
         let bound = bound.max(finest.rounding() as f32);
         // The finest level needs no measure; nobody has measured `too_coarse` at first.
         let (mut best, mut fine_enough, mut too_coarse) = ((Cut::FINEST, 0.0), 0.0, f32::INFINITY);
@@ -37,7 +37,8 @@ impl ActiveMesh {
             let cut = Cut::of_error(error);
             self.adapt(context, cut);
             let level = self.surface();
-            let distance = finest.distance(context, &Surface::new(context, (&level.0, &level.1))?, &mut part)?.at_most;
+            let distance =
+                finest.distance(context, &MeasuredMesh::new(context, (&level.0, &level.1))?, &mut part)?.at_most;
             if distance <= bound {
                 (best, fine_enough) = ((cut, distance), error);
                 if distance >= ENOUGH * bound {
