@@ -134,12 +134,16 @@ mod tests {
     #[test]
     fn imports_come_once_and_lines_are_mapped_back() {
         let composed = compose("sort").expect("its imports");
-        let common = source("common").expect("the module").text;
         assert_eq!(composed.text.matches("fn linear_group").count(), 1);
-        assert_eq!(composed.place(1), "shaders/common/common.wgsl:1");
-        let after = common.lines().count() as u32;
-        assert_eq!(composed.place(after), format!("shaders/common/common.wgsl:{after}"));
-        assert_eq!(composed.place(after + 3), "shaders/scan/sort.wgsl:3");
+        let line = |text: &str, start: &str| {
+            let found = text.lines().position(|line| line.starts_with(start));
+            found.expect("the line") as u32 + 1
+        };
+        for (name, start) in [("common", "fn linear_group"), ("sort", "@compute")] {
+            let Module { file, text, .. } = source(name).expect("the module");
+            let place = composed.place(line(&composed.text, start));
+            assert_eq!(place, format!("shaders/{file}:{}", line(text, start)));
+        }
         assert_eq!(composed.text.lines().count(), composed.lines.len());
     }
 }
