@@ -95,13 +95,17 @@ pub(crate) struct Farthest {
 
 /// A triangle that is too far from the other surface, and the other surface's triangle nearest to a point of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beyond {
+pub(crate) struct Beyond {
     pub triangle: u32,
     pub nearest: u32,
 }
 
 impl<'a> MeasuredMesh<'a> {
-    /// Prepares a mesh. Fails if a coordinate is not finite, an index is too large, or memory does not suffice.
+    /// Prepares a mesh.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a coordinate is not finite or an index is too large, and with `Memory` if memory does not
+    /// suffice.
     pub fn new(context: &Context, (points, triangles): (&'a [[f32; 3]], &'a [[u32; 3]])) -> Result<Self> {
         let bytes = BYTES * triangles.len() as u64;
         if bytes > context.memory_limit() {
@@ -133,6 +137,9 @@ impl<'a> MeasuredMesh<'a> {
     }
 
     /// Measures the largest distance to and from another surface, as [`distance`] does.
+    ///
+    /// # Errors
+    /// Fails as [`distance`].
     pub fn distance(&self, context: &Context, other: &MeasuredMesh, progress: &mut dyn Progress) -> Result<Distance> {
         if self.solid.is_empty() && other.solid.is_empty() {
             return Ok(Distance::default());
@@ -155,7 +162,7 @@ impl<'a> MeasuredMesh<'a> {
 
     /// Finds the triangles of this surface that are somewhere farther than `most` from another, and also those of which
     /// that cannot be ruled out. Numbers are those of the two meshes.
-    pub fn beyond(
+    pub(crate) fn beyond(
         &self,
         context: &Context,
         other: &MeasuredMesh,
@@ -177,7 +184,7 @@ impl<'a> MeasuredMesh<'a> {
         Ok(self.solid.iter().zip(&found).filter(is_beyond).map(beyond).collect())
     }
 
-    /// Finds the triangle nearest to each of some points, and its distance.
+    /// Finds the triangle nearest to each of some points, and its distance: `u32::MAX` and infinity where no triangle has area.
     pub fn nearest_triangles(&self, context: &Context, points: &[[f32; 3]]) -> Vec<(u32, f64)> {
         if self.solid.is_empty() {
             return vec![(NONE, f64::INFINITY); points.len()];
