@@ -139,7 +139,8 @@ fn forty_bytes_a_triangle_are_enough() {
     for shape in [torus(200, 100), bumps(100)] {
         let mesh = build(&shape, 100);
         let bytes = mesh.bytes() as f64 / shape.1.len() as f64;
-        assert!(bytes <= 40.0, "{bytes}");
+        // Points, normals and splits of the vertices, and what triangles say, are all counted.
+        assert!((30.0..=40.0).contains(&bytes), "{bytes}");
     }
 }
 

@@ -104,6 +104,16 @@ fn the_finest_mesh_has_the_attributes_of_the_input_at_every_corner() {
 }
 
 #[test]
+fn attributes_count_as_bytes_of_a_mesh() {
+    let (points, triangles) = torus(60, 32);
+    let plain = build(&Mesh::from_triangles(points, &triangles), 300);
+    let painted = build(&painted_torus(60, 32), 300);
+    // At least the numbers of two texture coordinates and three colours at each vertex.
+    let numbers = 4 * 5 * plain.vertex_count();
+    assert!(painted.bytes() > plain.bytes() + numbers, "{} {} {numbers}", painted.bytes(), plain.bytes());
+}
+
+#[test]
 fn the_base_has_the_attributes_of_a_simplification() {
     // Curved: on flat faces all collapses cost nothing, and last bits decide which are made.
     let (mesh, faces) = (painted_torus(60, 32), 300);
