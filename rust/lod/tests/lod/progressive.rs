@@ -141,6 +141,10 @@ fn forty_bytes_a_triangle_are_enough() {
         let bytes = mesh.bytes() as f64 / shape.1.len() as f64;
         // Points, normals and splits of the vertices, and what triangles say, are all counted.
         assert!((30.0..=40.0).contains(&bytes), "{bytes}");
+        // Sums of triangles are made when levels are first asked for by their number.
+        let before = mesh.bytes();
+        let _ = Cut::of_faces(&mesh, 300);
+        assert!(mesh.bytes() > before);
     }
 }
 
