@@ -160,6 +160,15 @@ static inline VkSemaphore host_semaphore(HostDevice *host, VkSemaphoreType type)
     return made;
 }
 
+/* Destroys a semaphore once the queue is idle: Mesa 22.3 still reads a timeline semaphore that a batch waited for after the
+ * fence of that batch is signalled. */
+static inline void host_end_semaphore(HostDevice *host, VkSemaphore semaphore) {
+    pthread_mutex_lock(&host->mutex);
+    CHECK_VK(vkQueueWaitIdle(host->queue));
+    pthread_mutex_unlock(&host->mutex);
+    vkDestroySemaphore(host->device, semaphore, NULL);
+}
+
 /* Copies the beginning of a buffer by a command buffer of the host, which waits for the semaphore, a timeline semaphore until
  * it has value, and signals another one; either may be VK_NULL_HANDLE. Returns when it is done. */
 static inline void host_copy(HostDevice *host, VkBuffer from, const HostBuffer *to, VkDeviceSize bytes, VkSemaphore wait,

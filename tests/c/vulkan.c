@@ -103,7 +103,7 @@ static void copy_ours(HostDevice *host, const Scene *scene) {
     free(expected);
     CHECK_OK(rlv_buffer_release(buffer));
     host_free(host, &staging);
-    vkDestroySemaphore(host->device, timeline, NULL);
+    host_end_semaphore(host, timeline);
 }
 
 /* Submits again and again under the lock, while the library does. */
@@ -188,8 +188,8 @@ static void write_theirs(HostDevice *host, const Scene *scene) {
     host_free(host, &points);
     host_free(host, &triangles);
     host_free(host, &staging);
-    vkDestroySemaphore(host->device, ours, NULL);
-    vkDestroySemaphore(host->device, theirs, NULL);
+    host_end_semaphore(host, ours);
+    host_end_semaphore(host, theirs);
 }
 
 /* Timeline semaphores: our work comes behind the host's signal, and another one says when it is done. */
@@ -213,8 +213,8 @@ static void wait_for_host(HostDevice *host, const Scene *scene) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_vulkan_wait(scene->context, 0, 1), "semaphore");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_vulkan_signal(scene->context, 0, 1), "semaphore");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_vulkan_signal((RlvContext){0}, (uint64_t)done, 1), "NULL");
-    vkDestroySemaphore(host->device, gate, NULL);
-    vkDestroySemaphore(host->device, done, NULL);
+    host_end_semaphore(host, gate);
+    host_end_semaphore(host, done);
 }
 
 /* Whatever is missing or wrong is said, and the host hears of no release. */
