@@ -1,5 +1,6 @@
 //! The camera of the view: it turns about a target, with the up direction of the scene upright.
 
+use egui::{Pos2, Rect, pos2};
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 
 /// Vertical field of view, radians.
@@ -173,6 +174,27 @@ impl Camera {
         DMat4::from_cols(x, y, DVec4::new(0.0, 0.0, depth, -1.0), DVec4::Z * (near * depth)) * to_camera
     }
 
+    /// Returns where a point of the world is in the window, in its points, where `area` of it shows the view; `None` for a point
+    /// that is not in front.
+    pub(crate) fn project(&self, area: Rect, point: DVec3) -> Option<Pos2> {
+        let placed = self.matrix(aspect(area)) * point.extend(1.0);
+        let (x, y) = (placed.x / placed.w, placed.y / placed.w);
+        let is_seen = placed.w > 0.0 || self.is_parallel;
+        (is_seen && x.is_finite() && y.is_finite()).then(|| {
+            pos2(
+                area.left() + (0.5 + 0.5 * x as f32) * area.width(),
+                area.top() + (0.5 - 0.5 * y as f32) * area.height(),
+            )
+        })
+    }
+
+    /// Returns the ray through a place of the window, in its points, where `area` of it shows the view; see [`Self::ray`].
+    pub(crate) fn ray_at(&self, area: Rect, at: Pos2) -> (DVec3, DVec3) {
+        let share = |at: f32, low: f32, length: f32| 2.0 * f64::from((at - low) / length.max(1.0)) - 1.0;
+        let place = DVec2::new(share(at.x, area.left(), area.width()), -share(at.y, area.top(), area.height()));
+        self.ray(place, aspect(area))
+    }
+
     /// The ray through a place of the view, −1 to 1 to the right and upwards: where it starts and its direction of length 1.
     pub(crate) fn ray(&self, at: DVec2, aspect: f64) -> (DVec3, DVec3) {
         let (eye, axes) = (self.eye(), self.axes());
@@ -186,6 +208,11 @@ impl Camera {
         }
         (eye, (across - axes.z_axis).normalize())
     }
+}
+
+/// Returns the width of an area of the window as a share of its height.
+pub(crate) fn aspect(area: Rect) -> f64 {
+    f64::from(area.width()) / f64::from(area.height().max(1.0))
 }
 
 #[cfg(test)]

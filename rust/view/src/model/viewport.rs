@@ -2,7 +2,7 @@
 
 mod decal;
 
-use egui::{Color32, CursorIcon, Event, Key, PointerButton, Pos2, Rect, Response, Sense, Stroke, Ui, pos2};
+use egui::{Color32, CursorIcon, Event, Key, PointerButton, Pos2, Rect, Response, Sense, Stroke, Ui};
 use glam::{DVec2, DVec3};
 use relievo_core::Result;
 use relievo_detail::Action;
@@ -11,7 +11,7 @@ use super::brush::{Brush, Held, Tool};
 use super::picker::Picked;
 use super::session::Session;
 use super::triangles::Shades;
-use crate::drawing::camera::{Camera, Side};
+use crate::drawing::camera::{Camera, Side, aspect};
 use crate::drawing::rays::Rays;
 use crate::drawing::{draw_legend, rays};
 use decal::Picture;
@@ -100,7 +100,7 @@ impl Viewport {
     }
 
     fn aspect(&self) -> f64 {
-        self.area.map_or(1.0, |area| f64::from(area.width()) / f64::from(area.height().max(1.0)))
+        self.area.map_or(1.0, aspect)
     }
 
     /// Has the whole model in view.
@@ -220,23 +220,12 @@ impl Viewport {
     /// The ray through a place of the window, in points.
     fn ray(&self, at: Pos2) -> (DVec3, DVec3) {
         let area = self.area.unwrap_or(Rect::from_min_size(Pos2::ZERO, egui::vec2(1.0, 1.0)));
-        let share = |at: f32, low: f32, length: f32| 2.0 * f64::from((at - low) / length.max(1.0)) - 1.0;
-        let place = DVec2::new(share(at.x, area.left(), area.width()), -share(at.y, area.top(), area.height()));
-        self.camera.ray(place, self.aspect())
+        self.camera.ray_at(area, at)
     }
 
     /// Where a point of the world is in the window, in points.
     fn project(&self, point: DVec3) -> Option<Pos2> {
-        let area = self.area?;
-        let placed = self.camera.matrix(self.aspect()) * point.extend(1.0);
-        let (x, y) = (placed.x / placed.w, placed.y / placed.w);
-        let is_seen = placed.w > 0.0 || self.camera.is_parallel();
-        (is_seen && x.is_finite() && y.is_finite()).then(|| {
-            pos2(
-                area.left() + (0.5 + 0.5 * x as f32) * area.width(),
-                area.top() + (0.5 - 0.5 * y as f32) * area.height(),
-            )
-        })
+        self.camera.project(self.area?, point)
     }
 
     fn pointer(&mut self, ui: &Ui, session: &mut Session, response: &Response) -> Result<()> {

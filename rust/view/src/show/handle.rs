@@ -1,6 +1,6 @@
 //! A handle on the surface of what is shown, which the pointer drags over it.
 
-use egui::{Color32, Pos2, Rect, Stroke, Ui, pos2};
+use egui::{Color32, Pos2, Rect, Stroke, Ui};
 use glam::{DVec3, Vec3};
 use relievo_render::Mesh;
 
@@ -12,23 +12,14 @@ const REACH: f32 = 16.0;
 /// Radius of the ring that shows a handle, in points.
 const RING: f32 = 9.0;
 
-/// Returns where a place of the world is in the view, in points of the window.
-fn seen(camera: &Camera, area: Rect, place: DVec3) -> Option<Pos2> {
-    let aspect = f64::from(area.width()) / f64::from(area.height().max(1.0));
-    let placed = camera.matrix(aspect) * place.extend(1.0);
-    let [x, y] = [placed.x / placed.w, placed.y / placed.w].map(|value| value as f32);
-    let is_seen = (placed.w > 0.0 || camera.is_parallel()) && x.is_finite() && y.is_finite();
-    is_seen.then(|| pos2(area.left() + (0.5 + 0.5 * x) * area.width(), area.top() + (0.5 - 0.5 * y) * area.height()))
-}
-
 /// Returns whether a button at `pos` takes hold of a handle.
 pub(super) fn is_at(camera: &Camera, area: Rect, place: DVec3, pos: Pos2) -> bool {
-    seen(camera, area, place).is_some_and(|at| at.distance(pos) <= REACH)
+    camera.project(area, place).is_some_and(|at| at.distance(pos) <= REACH)
 }
 
 /// Draws a handle.
 pub(super) fn draw(ui: &Ui, camera: &Camera, area: Rect, place: DVec3) {
-    let Some(at) = seen(camera, area, place) else { return };
+    let Some(at) = camera.project(area, place) else { return };
     let painter = ui.painter_at(area);
     painter.circle_stroke(at, RING, Stroke::new(5.0, Color32::from_black_alpha(140)));
     painter.circle_stroke(at, RING, Stroke::new(3.0, Color32::from_rgb(255, 120, 20)));

@@ -9,7 +9,7 @@ use relievo_core::Result;
 use relievo_render::Mesh;
 
 use super::{Bake, Ball, Eye, Frames, Picture, Setting, Subject, bounds, complete, handle};
-use crate::drawing::camera::{Camera, Side};
+use crate::drawing::camera::{Camera, Side, aspect};
 use crate::drawing::rays::{MAX_TRIANGLES, Rays};
 
 /// What the pointer does while a button is held.
@@ -117,7 +117,7 @@ impl Stage {
     }
 
     fn aspect(&self) -> f64 {
-        self.area.map_or(1.6, |area| f64::from(area.width()) / f64::from(area.height().max(1.0)))
+        self.area.map_or(1.6, aspect)
     }
 
     /// Has all of it in view.
@@ -211,10 +211,7 @@ impl Stage {
 
     /// Returns where the ray through a place of the window meets the picture.
     fn met(&self, pos: egui::Pos2) -> Option<DVec3> {
-        let area = self.area?;
-        let share = |at: f32, low: f32, length: f32| 2.0 * f64::from((at - low) / length.max(1.0)) - 1.0;
-        let place = DVec2::new(share(pos.x, area.left(), area.width()), -share(pos.y, area.top(), area.height()));
-        handle::met(&self.picture.mesh, self.camera.ray(place, self.aspect()))
+        handle::met(&self.picture.mesh, self.camera.ray_at(self.area?, pos))
     }
 
     /// Goes on to the last frame of a bake, unless frames are played meanwhile.
