@@ -184,6 +184,31 @@ fn read_tool(reader: &mut Reader, table: Table, name: &Name) -> Option<ToolEntry
     }
 }
 
+/// What a collider presses, into what, and from when until when.
+struct Claim<'a> {
+    presses: usize,
+    name: &'a Name,
+    into: &'a [usize],
+    when: [f64; 2],
+}
+
+/// Notes colliders that press the same into the same at the same time.
+fn check_claims(reader: &mut Reader, claims: &[Claim], what: &str) {
+    for (at, claim) in claims.iter().enumerate() {
+        let same = |other: &&Claim| {
+            let overlap = other.when[0] < claim.when[1] && claim.when[0] < other.when[1];
+            other.presses == claim.presses && overlap && other.into.iter().any(|into| claim.into.contains(into))
+        };
+        if let Some(other) = claims[..at].iter().find(same) {
+            reader.fault(
+                Diagnostic::new(claim.name.span.clone(), what)
+                    .relate(other.name.span.clone(), "the other one")
+                    .advise("remove one, or let them act at different times with `from` and `until`"),
+            );
+        }
+    }
+}
+
 /// Notes colliders that contradict each other or bodies.
 pub(crate) fn check_colliders(
     reader: &mut Reader,
@@ -191,34 +216,17 @@ pub(crate) fn check_colliders(
     crowds: &[Option<CrowdColliderEntry>],
     bodies: &[Option<BodyEntry>],
 ) {
-    for (at, collider) in crowds.iter().enumerate() {
-        let Some(collider) = collider else { continue };
-        let same = |other: &&CrowdColliderEntry| {
-            let overlap = other.from < collider.until && collider.from < other.until;
-            other.crowd == collider.crowd && overlap && other.into.iter().any(|into| collider.into.contains(into))
-        };
-        if let Some(other) = crowds[..at].iter().flatten().find(same) {
-            reader.fault(
-                Diagnostic::new(collider.name.span.clone(), "two colliders press the same crowd into the same object")
-                    .relate(other.name.span.clone(), "the other one")
-                    .advise("remove one, or let them act at different times with `from` and `until`"),
-            );
-        }
-    }
-    for (at, collider) in colliders.iter().enumerate() {
-        let Some(collider) = collider else { continue };
-        let same = |other: &&ColliderEntry| {
-            let overlap = other.from < collider.until && collider.from < other.until;
-            other.object == collider.object && overlap && other.into.iter().any(|into| collider.into.contains(into))
-        };
-        if let Some(other) = colliders[..at].iter().flatten().find(same) {
-            reader.fault(
-                Diagnostic::new(collider.name.span.clone(), "two colliders press the same object into the same other")
-                    .relate(other.name.span.clone(), "the other one")
-                    .advise("remove one, or let them act at different times with `from` and `until`"),
-            );
-        }
-    }
+    let crowds = crowds.iter().flatten().map(|it| {
+        let CrowdColliderEntry { crowd: presses, name, into, from, until, .. } = it;
+        Claim { presses: *presses, name, into, when: [*from, *until] }
+    });
+    let objects = colliders.iter().flatten().map(|it| {
+        let ColliderEntry { object: presses, name, into, from, until, .. } = it;
+        Claim { presses: *presses, name, into, when: [*from, *until] }
+    });
+    let (crowds, objects): (Vec<Claim>, Vec<Claim>) = (crowds.collect(), objects.collect());
+    check_claims(reader, &crowds, "two colliders press the same crowd into the same object");
+    check_claims(reader, &objects, "two colliders press the same object into the same other");
     for collider in colliders.iter().flatten().filter(|collider| collider.tool.is_some()) {
         let own = |body: &&BodyEntry| body.object == collider.object && body.motion == Motion::Dynamic;
         if let Some(body) = bodies.iter().flatten().find(own) {
