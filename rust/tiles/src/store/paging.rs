@@ -70,6 +70,11 @@ pub(crate) trait StoredBlock<T: Texel, C> {
     /// As [`Self::slots`], for writing.
     fn slots_mut(&mut self) -> impl Iterator<Item = &mut Slot<T>>;
 
+    /// Whether its texels are on a page.
+    fn is_paged(&self) -> bool {
+        self.slots().next().is_some_and(Slot::is_paged)
+    }
+
     /// Its class, and its number where it is in the heap.
     fn id(&self) -> BlockId<C>;
 
@@ -121,7 +126,7 @@ pub(crate) trait Paged {
 
     /// Whether a block is there and on a page.
     fn is_on_page(&self, block: u32) -> bool {
-        self.stored(block).and_then(|block| block.slots().next()).is_some_and(Slot::is_paged)
+        self.stored(block).is_some_and(StoredBlock::is_paged)
     }
 
     /// The number of the edit that last changed a block.
@@ -228,10 +233,7 @@ pub(crate) trait Paged {
     /// Gives a block on a page a place in the heap, beyond the budget if need be; its texels, and then its mips, are
     /// `texels`.
     fn place(&mut self, block: u32, texels: impl IntoIterator<Item = Arc<[Self::Texel]>>) {
-        if !self.is_on_page(block) {
-            return;
-        }
-        let Some(stored) = self.stored_mut(block) else { return };
+        let Some(stored) = self.stored_mut(block).filter(|stored| stored.is_paged()) else { return };
         stored.slots_mut().zip(texels).for_each(|(slot, texels)| *slot = Slot::Here(texels));
         let (class, version) = (stored.id().class, stored.version());
         let id = self.blocks_mut().heap.allocate_beyond(class);
@@ -245,7 +247,7 @@ pub(crate) trait Paged {
 
     /// Brings a block back to the heap, beyond the budget if need be. Fails if it cannot be read.
     fn bring_back(&mut self, block: u32) -> Result<()> {
-        let Some(stored) = self.stored(block).filter(|_| self.is_on_page(block)) else { return Ok(()) };
+        let Some(stored) = self.stored(block).filter(|stored| stored.is_paged()) else { return Ok(()) };
         let texels: Vec<_> = stored.slots().map(Slot::shared).collect::<Result<_>>()?;
         self.place(block, texels);
         Ok(())
