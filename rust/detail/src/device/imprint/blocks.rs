@@ -153,12 +153,12 @@ impl DeviceBlocks {
         pass: &mut Pass<'_>,
         shared: &Shared,
         surface: &DeviceSurface,
-        (moved, start): (&BoundGround, &DeviceTiles),
+        (ground, start): (&BoundGround, &DeviceTiles),
         job: usize,
     ) -> Result<()> {
-        let kernel = self.kernels.get(usize::from(moved.bent));
+        let kernel = self.kernels.get(usize::from(ground.has_vectors));
         let kernel = kernel.ok_or_else(|| Error::internal("no kernel for rays of an object with vectors"))?;
-        let groups = [&self.casting, surface.group(), &moved.group, start.group()];
+        let groups = [&self.casting, surface.group(), &ground.group, start.group()];
         let jobs = step(job..job + 1);
         pass.run_indirect(kernel, &groups, bytemuck::bytes_of(&jobs), &shared.arguments, Shared::blocks(job))
     }

@@ -87,11 +87,11 @@ impl DeviceChain {
             target.state.follow_vectors(target.object, None)?;
             target.state.prepare_culling(target.object)?;
         }
-        let moved = targets
+        let grounds = targets
             .iter()
             .map(|it| BoundGround::of(&self.device, &it.state.tiles, it.state.vectors.as_ref()))
             .collect::<Result<Vec<_>>>()?;
-        if !self.bends && moved.iter().any(|moved| moved.bent) {
+        if !self.bends && grounds.iter().any(|ground| ground.has_vectors) {
             (self.bends, self.blocks, self.rims) = (true, None, None);
         }
         meshes.bring(&self.device, colliders)?;
@@ -138,7 +138,7 @@ impl DeviceChain {
             let capacity = self.smoothing.capacity();
             words.iter_mut().for_each(|words| words.set_room([room, record_room, capacity]));
             let bound = self.bind_tiles(targets, &works)?;
-            let made = self.submit(context, targets, jobs, (&words, &rims), &batches, (&moved, &bound))?;
+            let made = self.submit(context, targets, jobs, (&words, &rims), &batches, (&grounds, &bound))?;
             let found = made.counters.iter().map(|counters| counters.found as usize).max().unwrap_or_default();
             let fits = found <= room && made.kept <= record_room && made.taken <= capacity;
             if fits && made.rim_room == rim_room {
@@ -222,7 +222,7 @@ impl DeviceChain {
         jobs: &[ImprintJob],
         (words, rims): (&[JobParams], &[Option<Around>]),
         batches: &[Batch],
-        (moved, bound): (&[BoundGround], &[Option<BoundTiles>]),
+        (grounds, bound): (&[BoundGround], &[Option<BoundTiles>]),
     ) -> Result<Submitted> {
         let device = &self.device.clone();
         let time = context.stats().begin("imprint.device.submit");
@@ -250,15 +250,14 @@ impl DeviceChain {
             smoothing: &self.smoothing,
             targets,
             jobs,
-            moved,
+            grounds,
             bound,
         };
         stages.record(device, &mut frame, batches)?;
         let rims = self.rims.as_ref().filter(|_| rising).map(DeviceRims::stages);
         let results = Results { shared: &self.shared, records: blocks.records(), rims, jobs: jobs.len() };
-        let mut likely = self.likely;
-        let made = results.submit(context, device, frame, &mut likely, time)?;
-        self.likely = likely;
+        let made = results.submit(context, device, frame, self.likely, time)?;
+        self.likely = made.likely();
         Ok(made)
     }
 }

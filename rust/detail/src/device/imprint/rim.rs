@@ -329,13 +329,13 @@ impl DeviceRims {
         &self,
         pass: &mut Pass<'_>,
         culling: &DeviceCull,
-        (surface, moved): (&DeviceSurface, &BoundGround),
+        (surface, ground): (&DeviceSurface, &BoundGround),
         job: usize,
     ) -> Result<()> {
         culling.cull(pass, &self.stages.around, &self.listing, surface, job)?;
-        let kernel = self.gather.get(usize::from(moved.bent));
+        let kernel = self.gather.get(usize::from(ground.has_vectors));
         let kernel = kernel.ok_or_else(|| Error::internal("no kernel for rims of an object with vectors"))?;
-        self.stages.run(pass, kernel, &[&self.own, surface.group(), &moved.group, &self.stages.state], job)
+        self.stages.run(pass, kernel, &[&self.own, surface.group(), &ground.group, &self.stages.state], job)
     }
 
     /// Records that a rim rises, after the imprint was made.

@@ -72,7 +72,7 @@ pub(super) struct Stages<'a> {
     pub targets: &'a [Target<'a>],
     pub jobs: &'a [ImprintJob],
     /// Of every target what it is displaced by, and its tiles if they are worked on.
-    pub moved: &'a [BoundGround],
+    pub grounds: &'a [BoundGround],
     pub bound: &'a [Option<BoundTiles>],
 }
 
@@ -107,7 +107,7 @@ impl<'a> Stages<'a> {
 
     /// Records a stage.
     fn record_one(&self, pass: &mut Pass<'_>, stage: Stage<'_>) -> Result<()> {
-        let Self { shared, voxels, blocks, rims, smoothing, targets, jobs, moved, bound } = *self;
+        let Self { shared, voxels, blocks, rims, smoothing, targets, jobs, grounds, bound } = *self;
         let no_rims = || Error::internal("no room for rims");
         match stage {
             Stage::Measure(target) => {
@@ -122,7 +122,7 @@ impl<'a> Stages<'a> {
             Stage::Raycast(job) => {
                 let ImprintJob { target: index, .. } = jobs[job];
                 let target = &targets[index];
-                let fields = (&moved[index], target.begun().unwrap_or(&target.state.tiles));
+                let fields = (&grounds[index], target.begun().unwrap_or(&target.state.tiles));
                 blocks.cast(pass, shared, &target.state.surface, fields, job)
             }
             Stage::Smooth(job) => {
@@ -133,7 +133,7 @@ impl<'a> Stages<'a> {
             Stage::Gather(job) => {
                 let ImprintJob { target, .. } = jobs[job];
                 let state = &*targets[target].state;
-                rims.ok_or_else(no_rims)?.gather(pass, state.culling()?, (&state.surface, &moved[target]), job)
+                rims.ok_or_else(no_rims)?.gather(pass, state.culling()?, (&state.surface, &grounds[target]), job)
             }
             Stage::Raise(job) => {
                 let state = &*targets[jobs[job].target].state;

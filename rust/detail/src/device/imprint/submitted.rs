@@ -27,6 +27,13 @@ pub(super) struct Submitted {
     pub rim_room: Option<RimRoom>,
 }
 
+impl Submitted {
+    /// Returns the records to be expected of the next submission.
+    pub fn likely(&self) -> usize {
+        (self.kept + self.kept / 4).max(FIRST_ROOM)
+    }
+}
+
 /// Where a submission leaves what is read back.
 #[derive(Clone, Copy)]
 pub(super) struct Results<'a> {
@@ -39,8 +46,8 @@ pub(super) struct Results<'a> {
 }
 
 impl Results<'_> {
-    /// Submits `frame` and reads back what it leaves: at first `likely` records, which then becomes how many are to be
-    /// expected next time. `time` ends when everything is submitted.
+    /// Submits `frame` and reads back what it leaves: at first `likely` records, and then the rest. `time` ends when
+    /// everything is submitted.
     ///
     /// Fails if the device does, or as [`RimStages::needed`].
     pub fn submit(
@@ -48,12 +55,12 @@ impl Results<'_> {
         context: &Context,
         device: &Device,
         mut frame: Frame,
-        likely: &mut usize,
+        likely: usize,
         time: Stage<'_>,
     ) -> Result<Submitted> {
         let Self { shared, records: room, rims, jobs } = self;
         let counters = shared.read_counters(&mut frame, jobs)?;
-        let first = (*likely).min(room.len());
+        let first = likely.min(room.len());
         let volumes = |frame: &mut _, range| rims.map(|rims| rims.read_volumes(frame, range)).transpose();
         let (first_records, first_moved) = (frame.read(room, 0..first)?, volumes(&mut frame, 0..first)?);
         let read_rims = rims.map(|rims| rims.read(&mut frame, jobs)).transpose()?;
@@ -77,7 +84,6 @@ impl Results<'_> {
             moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);
         }
         let rim_room = read_rims.zip(rims).map(|(read, rims)| rims.needed(context, device, read)).transpose()?;
-        *likely = (kept + kept / 4).max(FIRST_ROOM);
         Ok(Submitted { kept, taken, counters, records, moved, rim_room })
     }
 }

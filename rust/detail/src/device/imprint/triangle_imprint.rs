@@ -231,9 +231,8 @@ impl TriangleChain {
         drop(pass);
         let rims = if rising { Some(self.rims()?) } else { None };
         let results = Results { shared: &self.shared, records: &self.records, rims, jobs: jobs.len() };
-        let mut likely = self.likely;
-        let made = results.submit(context, device, frame, &mut likely, time)?;
-        self.likely = likely;
+        let made = results.submit(context, device, frame, self.likely, time)?;
+        self.likely = made.likely();
         Ok(made)
     }
 
