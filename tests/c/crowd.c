@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-enum { RINGS = 41, SIDES = 24, POINTS = RINGS * SIDES, TRIANGLES = 2 * (RINGS - 1) * SIDES, AGENTS = 9 };
+enum { RINGS = 25, SIDES = 16, POINTS = RINGS * SIDES, TRIANGLES = 2 * (RINGS - 1) * SIDES, AGENTS = 9 };
 
 static uint32_t cancel(void *user, float fraction, const char *stage) {
     (void)fraction;
@@ -221,7 +221,7 @@ static void check_parts(RlvCrowdModel model) {
         CHECK_NEAR(weights[4 * point] + weights[4 * point + 1], 1.0, 1e-6);
     }
     vertices.capacity = POINTS - 1;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_get_vertices(model, &vertices), "984");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_get_vertices(model, &vertices), "400");
     vertices.capacity = POINTS;
     vertices.normals = points;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_get_vertices(model, &vertices), "normals");

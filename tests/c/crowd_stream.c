@@ -2,7 +2,7 @@
  * that mirrors the slots has the triangles of all draws; and what is refused. */
 #include "bumps.h"
 
-enum { SIDE = 41, POINTS = SIDE * SIDE, AGENTS = 12, MOST = 4096, ROOM = 1 << 16 };
+enum { SIDE = 25, POINTS = SIDE * SIDE, AGENTS = 12, MOST = 4096, ROOM = 1 << 16 };
 
 static RlvCrowdDraw draws[MOST];
 static uint32_t clusters[MOST][2], mirror[ROOM][3], triangles[ROOM][3], materials[ROOM];
