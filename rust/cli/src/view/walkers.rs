@@ -63,8 +63,8 @@ impl Walkers {
     }
 }
 
-/// Makes the mesh of what a frame draws of a crowd at `time` seconds, with a colour for each triangle's points that `color` returns for an agent, a cluster,
-/// its number of simplifications and a material.
+/// Makes the mesh of what a frame draws of a crowd at `time` seconds. `color` returns the colour of a triangle's points for an
+/// agent, a cluster, its number of simplifications and a material.
 pub fn mesh(
     context: &Context,
     (crowd, frame): (&Crowd, &Frame),

@@ -101,7 +101,7 @@ impl<'a> Finder<'a> {
         self.edits.push(Edit { number: site.number, range, pieces });
     }
 
-    /// Chooses between two values of an expression. Its text stays as it is in the second.
+    /// Writes a choice in place of an expression: the mutated value where the mutant runs, else the expression as it was.
     fn choose(&mut self, site: &Site, range: Range<usize>, mutated: Vec<Piece>) {
         let pieces = vec![
             text(format!("(if {} {{ ", check(site.number))),
