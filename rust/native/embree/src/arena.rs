@@ -6,7 +6,8 @@
 //! exactly the same distance, independent of the number of threads.
 //!
 //! The entry points and structures are those of oneTBB's stable binary interface, `libtbb.so.12`. They are looked for in
-//! the Embree that was opened and in what it is linked to, so that a host's own TBB is never taken for it.
+//! the Embree that was opened and in what it is linked to, so that a host's own TBB is never taken for it. Windows looks in one
+//! library only, so there it is the `tbb12.dll` that Embree has loaded.
 
 use std::ffi::{c_int, c_uint, c_void};
 
@@ -16,7 +17,7 @@ use crate::loader::Library;
 pub struct Arena {
     /// Keeps the functions loaded; a test looks for another one in it.
     #[cfg_attr(not(test), expect(dead_code))]
-    embree: Library,
+    library: Library,
     initialize: unsafe extern "C" fn(*mut Settings),
     execute: unsafe extern "C" fn(*mut Settings, *const Delegate),
     terminate: unsafe extern "C" fn(*mut Settings),
@@ -62,16 +63,35 @@ unsafe extern "C" fn call_delegate(delegate: *const Delegate) -> bool {
 
 unsafe extern "C" fn keep_delegate(_: *const Delegate) {}
 
+/// The names of the functions that begin an arena, run work in it and end it. They encode the C++ signatures.
+#[cfg(unix)]
+const NAMES: [&[u8]; 3] = [
+    b"_ZN3tbb6detail2r110initializeERNS0_2d115task_arena_baseE",
+    b"_ZN3tbb6detail2r17executeERNS0_2d115task_arena_baseERNS2_13delegate_baseE",
+    b"_ZN3tbb6detail2r19terminateERNS0_2d115task_arena_baseE",
+];
+/// The same of Microsoft's compiler, which TBB's files for Windows are made by. Its tables of virtual functions begin alike.
+#[cfg(windows)]
+const NAMES: [&[u8]; 3] = [
+    b"?initialize@r1@detail@tbb@@YAXAEAVtask_arena_base@d1@23@@Z",
+    b"?execute@r1@detail@tbb@@YAXAEAVtask_arena_base@d1@23@AEAVdelegate_base@523@@Z",
+    b"?terminate@r1@detail@tbb@@YAXAEAVtask_arena_base@d1@23@@Z",
+];
+
 impl Arena {
     /// The arena of the TBB that `embree` is linked to, if it is.
     pub fn find(embree: Library) -> Option<Self> {
+        #[cfg(unix)]
+        let library = embree;
+        #[cfg(windows)]
+        let (library, _) = (Library::open_already_loaded("tbb12.dll").ok()?, embree);
+        let [initialize, execute, terminate] = NAMES;
         // SAFETY: the symbols' names encode their C++ signatures.
         unsafe {
-            let initialize = *embree.get(b"_ZN3tbb6detail2r110initializeERNS0_2d115task_arena_baseE").ok()?;
-            let execute =
-                *embree.get(b"_ZN3tbb6detail2r17executeERNS0_2d115task_arena_baseERNS2_13delegate_baseE").ok()?;
-            let terminate = *embree.get(b"_ZN3tbb6detail2r19terminateERNS0_2d115task_arena_baseE").ok()?;
-            Some(Self { embree, initialize, execute, terminate })
+            let initialize = *library.get(initialize).ok()?;
+            let execute = *library.get(execute).ok()?;
+            let terminate = *library.get(terminate).ok()?;
+            Some(Self { library, initialize, execute, terminate })
         }
     }
 
@@ -123,7 +143,7 @@ mod tests {
         // SAFETY: the symbol's name encodes its signature.
         let limit = || unsafe {
             let value: crate::loader::Symbol<unsafe extern "C" fn(c_int) -> usize> =
-                arena.embree.get(b"_ZN3tbb6detail2r127global_control_active_valueEi").unwrap();
+                arena.library.get(b"_ZN3tbb6detail2r127global_control_active_valueEi").unwrap();
             value(0)
         };
         let with_one = limit();
