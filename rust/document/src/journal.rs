@@ -390,12 +390,30 @@ pub fn compact(path: &Path, limit: u64, keep: usize) -> Result<Compacted> {
     let undone = if keep > 0 { log.undone.as_slice() } else { &[] };
     let kept = log.done[edits..].iter().map(|entry| (entry, true)).chain(undone.iter().map(|entry| (entry, false)));
     let head = document.head()?;
-    file::store(path, |out| {
+    let locked = held(&file, path)?;
+    file::store(path, move |out| {
         document.write_parts(&head, out)?;
-        write_edits(&mut file, kept, out)
+        // The file is closed once its edits are read.
+        write_edits(&mut { file }, kept, out)
     })?;
+    drop(locked);
     let undone = log.undone.len() - undone.len();
     Ok(Compacted { edits, undone, bytes: [before, size()?], note: log.note() })
+}
+
+/// Returns a second handle of a locked file, which keeps the lock while the file is replaced. Windows replaces no file that is
+/// open, and has no such handle.
+fn held(file: &File, path: &Path) -> Result<Option<File>> {
+    let second = cfg!(unix).then(|| file.try_clone()).transpose();
+    second.map_err(|error| Error::io(path, &error))
+}
+
+/// Copies a locked file, which on Windows only its handle reads.
+fn copy(file: &mut File, to: &Path) -> std::io::Result<()> {
+    file.rewind()?;
+    let mut made = File::create(to)?;
+    std::io::copy(file, &mut made)?;
+    made.set_permissions(file.metadata()?.permissions())
 }
 
 /// All edits of a journal, with whether they can be undone (true) or made again.
@@ -455,7 +473,10 @@ pub fn repair(context: &Context, path: &Path) -> Result<Repaired> {
     let mut name = path.as_os_str().to_owned();
     name.push(".damaged");
     let kept = PathBuf::from(name);
-    std::fs::copy(path, &kept).map_err(|error| Error::io(&kept, &error))?;
+    copy(&mut file, &kept).map_err(|error| Error::io(&kept, &error))?;
+    let locked = held(&file, path)?;
+    drop(file);
     found.document.without_damage(context).write(path)?;
+    drop(locked);
     Ok(Repaired { damage, note, kept: Some(kept) })
 }
