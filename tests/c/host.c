@@ -2,13 +2,30 @@
  * where it is asked for one thread; contexts share threads; jobs run as tasks of the host, and say when they end. */
 #include "ball.h"
 
-#include <dirent.h>
 #include <pthread.h>
+#ifdef _WIN32
+#include <windows.h>
+
+#include <tlhelp32.h>
+#else
+#include <dirent.h>
+#endif
 
 enum { WORKERS = 2, SIDE = 4, POINTS = 4096 };
 
 /* How many threads the process has. */
 static int tasks(void) {
+#ifdef _WIN32
+    HANDLE snapshot = CreateToolhelp32Snapshot(TH32CS_SNAPTHREAD, 0);
+    THREADENTRY32 entry = {.dwSize = sizeof entry};
+    int count = 0;
+    CHECK(snapshot != INVALID_HANDLE_VALUE);
+    for (BOOL is_there = Thread32First(snapshot, &entry); is_there; is_there = Thread32Next(snapshot, &entry)) {
+        count += entry.th32OwnerProcessID == GetCurrentProcessId();
+    }
+    CloseHandle(snapshot);
+    return count;
+#else
     DIR *folder = opendir("/proc/self/task");
     int count = 0;
     CHECK(folder != NULL);
@@ -17,6 +34,7 @@ static int tasks(void) {
     }
     closedir(folder);
     return count;
+#endif
 }
 
 /* A pool: workers take the indices of the loop under way; a loop within a loop stays on its thread. */

@@ -8,10 +8,11 @@ use std::process::Command;
 
 use clap::ValueEnum;
 
-use crate::files::{copy, remove};
+use crate::files::{copy, only_file, remove};
 use crate::packages;
 use crate::stage::{Outcome, Stages, call, cargo, output, root, target};
-use crate::suite::watch_tests;
+use crate::suite::{EMBREE_4, watch_tests};
+use crate::wheel;
 
 /// A system and a processor that are not those of this machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -40,9 +41,16 @@ impl Platform {
             Self::Aarch64 => {
                 &["g++", "g++-aarch64-linux-gnu", "qemu-user", "mmdebstrap", "libosd-dev", "libopenmesh-dev"]
             }
-            Self::Windows => {
-                &["g++", "g++-mingw-w64-x86-64-posix", "wine64", "cmake", "ninja-build", "dpkg-dev", "xz-utils"]
-            }
+            Self::Windows => &[
+                "g++",
+                "g++-mingw-w64-x86-64-posix",
+                "wine64",
+                "cmake",
+                "ninja-build",
+                "dpkg-dev",
+                "xz-utils",
+                "python3-venv",
+            ],
             Self::Macos => &["g++"],
         }
     }
@@ -173,9 +181,31 @@ const TESTED_IN_WINE: [&str; 3] = ["core", "opensubdiv", "openmesh"];
 fn wine() -> Vec<(&'static str, OsString)> {
     let libraries = BESIDE.iter().filter_map(|name| Some(beside(name).ok()?.parent()?.to_owned()));
     let folders = std::iter::once(stand_in()).chain(libraries);
-    let path: Vec<_> = folders.map(|folder| format!("Z:{}", folder.display())).collect();
+    let path: Vec<_> = folders.map(|folder| on_windows(&folder)).collect();
     let prefix = Platform::Windows.folder().join("wine");
     vec![("WINEPREFIX", prefix.into()), ("WINEDEBUG", "-all".into()), ("WINEPATH", path.join(";").into())]
+}
+
+/// What programs in Wine call a path.
+fn on_windows(path: &Path) -> String {
+    format!("Z:{}", path.display())
+}
+
+/// The folder with the Embree 4 for Windows that PyPI has, and its TBB.
+fn embree() -> Result<PathBuf, String> {
+    let folder = Platform::Windows.folder().join("embree");
+    let libraries = folder.join("embreex.libs");
+    if !libraries.exists() {
+        let python = wheel::environment(&target().join("platforms/python"), &[])?;
+        let files = folder.join("files");
+        remove(&files)?;
+        let mut download = Command::new(&python);
+        download.args(["-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-deps"]);
+        download.args(["--only-binary=:all:", "--platform", "win_amd64", "--python-version", "3.11", EMBREE_4]);
+        call(download.arg("--dest").arg(&files))?;
+        call(Command::new(&python).args(["-m", "zipfile", "--extract"]).arg(only_file(&files)?).arg(&folder))?;
+    }
+    Ok(libraries)
 }
 
 /// Where the library is that Wine 8 lacks.
@@ -279,8 +309,12 @@ fn windows_tests() -> Outcome {
     configure.arg(format!("-DRELIEVO_LIBRARY={}", built.join("librelievo.dll.a").display()));
     call(configure.arg(format!("-DCMAKE_CROSSCOMPILING_EMULATOR={WINE}")))?;
     call(Command::new("cmake").arg("--build").arg(&tests))?;
+    let embree = embree()?;
     let mut ctest = Command::new("ctest");
-    call(ctest.args(["--output-on-failure", "--test-dir"]).arg(&tests).envs(wine()))
+    ctest.args(["--output-on-failure", "--test-dir"]).arg(&tests).envs(wine());
+    // What Embree is linked to is looked for in the folders of the path, not in its own.
+    ctest.env("WINEPATH", [on_windows(&stand_in()), on_windows(&embree)].join(";"));
+    call(ctest.env("RELIEVO_EMBREE", on_windows(&embree.join("embree4.dll"))))
 }
 
 fn make(folder: &Path) -> Outcome {

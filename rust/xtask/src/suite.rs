@@ -170,7 +170,7 @@ fn lower_levels() -> Outcome {
 }
 
 /// An Embree 4 as PyPI has it.
-const EMBREE_4: &str = "embreex==4.4.0.post1";
+pub const EMBREE_4: &str = "embreex==4.4.0.post1";
 /// Another TBB than Debian's, as PyPI has it.
 const OTHER_TBB: &str = "tbb==2022.3.1";
 /// The crates whose tests are run with other Embrees than Debian's.
