@@ -1,9 +1,11 @@
-"""The wheel by itself: nothing outside it is loaded but the C and C++ run-time libraries, beside bpy too, which brings
+"""The wheels by themselves: nothing outside them is loaded but the C and C++ run-time libraries, beside bpy too, which brings
 another Embree, OpenSubdiv and TBB. What every part needs is used: a limit surface, paint, an imprint and rays."""
 
+import os
 import re
 import subprocess
 import sys
+import sysconfig
 import unittest
 from pathlib import Path
 
@@ -37,9 +39,9 @@ print(open("/proc/self/maps").read())
 SYSTEM = r"(ld-linux-x86-64|libc|libm|libdl|libpthread|librt|libutil|libstdc\+\+|libgcc_s|libz|libbz2|liblzma|libffi|libpython3[\w.]*|libcrypto|libssl)[-.]"
 
 
-def run(bpy):
+def run(bpy, **variables):
     code = CODE.format(bpy=bpy, tests=str(Path(__file__).resolve().parent))
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=os.environ | variables)
 
 
 class Wheel(unittest.TestCase):
@@ -84,11 +86,24 @@ class Wheel(unittest.TestCase):
             self.assertEqual(len(folders), 2, (part, folders))
             self.assertFalse([folder for folder in folders if str(folder).startswith(("/lib", "/usr/lib"))])
 
+    def test_the_embree_that_bpy_carries_is_enough(self):
+        """As in Blender's extension, which brings none."""
+        try:
+            import bpy  # noqa: F401
+        except ImportError:
+            self.skipTest("skipped: there is no bpy")
+        loaded = self.loaded(run(True, RELIEVO_EMBREE="libembree4.so.4"))
+        carried = Path(sysconfig.get_path("platlib")).resolve() / "bpy/lib"
+        for part in ("embree", "tbb"):
+            files = [Path(path).resolve() for path in loaded if part in Path(path).name]
+            self.assertTrue(files)
+            self.assertTrue(all(file.is_relative_to(carried) for file in files), files)
+
     def test_type_checkers_find_the_hints(self):
         self.assertTrue((self.folder / "librelievo" / "py.typed").exists())
 
     def test_licences_are_there(self):
-        found = {path.name for path in self.folder.glob("librelievo-*.dist-info/**/*")}
+        found = {path.name for path in self.folder.glob("librelievo*.dist-info/**/*")}
         for name in ("LICENSE-MIT", "LICENSE-APACHE", "libosdcpu3.5.0", "libembree3-3", "libopenmesh1", "libtbb12"):
             self.assertIn(name, found)
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 SONAME = f"librelievo.so.{abi.RLV_VERSION_MAJOR}.{abi.RLV_VERSION_MINOR}"
 HERE = Path(__file__).resolve().parent
-# Libraries that ours opens at run time: the variable that names the file, and the file of a wheel.
-OPENED = {"RELIEVO_EMBREE": "libembree3-relievo.so", "RELIEVO_OPENMESH": "libOpenMeshCore-relievo.so"}
 
 _lock = threading.Lock()
 _loaded = None
@@ -130,11 +128,18 @@ def open_library() -> Any:
 
 
 def use_own_libraries(folder: Any) -> None:
-    """Names the Embree and the OpenMesh that a wheel brings, so that they are found before those of the system."""
-    for variable, file in OPENED.items():
-        own = folder / file
-        if own.exists() and not os.environ.get(variable):
-            os.environ[variable] = str(own)
+    """Names the OpenMesh of the wheel and the Embree of `librelievo-embree`, so that the library opens them and not those of the
+    system. Where they are not installed, the library looks for others itself."""
+    own = {"RELIEVO_OPENMESH": folder / "libOpenMeshCore-relievo.so"}
+    try:
+        import librelievo_embree
+    except ImportError:
+        pass
+    else:
+        own["RELIEVO_EMBREE"] = librelievo_embree.FILE
+    for variable, file in own.items():
+        if file.exists() and not os.environ.get(variable):
+            os.environ[variable] = str(file)
 
 
 def version() -> tuple[int, int, int]:

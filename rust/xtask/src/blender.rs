@@ -201,26 +201,26 @@ fn manual(folder: &Path) -> Outcome {
 }
 
 fn make() -> Result<Made, String> {
-    let wheel = wheel::make()?;
+    let wheels = wheel::make()?;
     let base = target().join("blender");
     let python = wheel::tools()?;
     let site = base.join("site");
     let install = ["-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--disable-pip-version-check"];
     remove(&site)?;
-    call(Command::new(&python).args(install).arg("--target").arg(&site).arg(&wheel))?;
+    call(Command::new(&python).args(install).arg("--target").arg(&site).arg(&wheels.library).arg(&wheels.embree))?;
     let version = env!("CARGO_PKG_VERSION");
     let extension = base.join("extension/relievo");
     remove(&extension)?;
     sources(&extension)?;
     manual(&extension)?;
-    copy(&wheel, &extension.join("wheels").join(wheel.file_name().unwrap_or_default()))?;
+    // Blender has an Embree itself.
+    let name = wheels.library.file_name().unwrap_or_default();
+    copy(&wheels.library, &extension.join("wheels").join(name))?;
     let folder = base.join("scripts/addons/relievo");
     remove(&folder)?;
     sources(&folder)?;
     manual(&folder)?;
-    for part in ["librelievo", "librelievo.libs"] {
-        copy_files(&site.join(part), &folder.join(part))?;
-    }
+    copy_files(&site.join("librelievo"), &folder.join("librelievo"))?;
     let zip = |folder: &Path, name: String| {
         let path = base.join(name);
         call(Command::new(&python).args(["-m", "zipfile", "--create"]).arg(&path).arg(folder))?;

@@ -23,7 +23,7 @@ pub fn write(path: &Path) -> Outcome {
         relations.push(relation("SPDXRef-relievo", "DEPENDS_ON", &id));
         packages.push(of_crate(&id, &linked)?);
     }
-    for name in wheel::CARRIED {
+    for name in wheel::carried() {
         let version = output(Command::new("dpkg-query").args(["--show", "--showformat=${Version}", name]))?;
         let id = format!("SPDXRef-debian-{}", plain(name));
         relations.push(relation("SPDXRef-relievo", "DEPENDS_ON", &id));
