@@ -12,7 +12,7 @@ use crate::{bindings, dist, licences, sbom};
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// The sums of all files, as `sha256sum --check` reads them.
 const SUMS: &str = "SHA256SUMS";
-/// Bytes that a wheel or a zip file for Blender should have at most.
+/// Bytes that a wheel or a zip file for Blender has at most.
 const LIMIT: u64 = 30_000_000;
 
 /// Makes the packages, the wheel, the zip files, the notices and the list of what is linked, checks all of them, and prints a
@@ -98,18 +98,20 @@ fn sums(folder: &Path) -> Outcome {
     call(Command::new("sha256sum").current_dir(folder).args(["--check", "--strict", "--quiet", SUMS]))
 }
 
-/// Prints the files with their sizes, and which are larger than they should be.
+/// Prints the files with their sizes. Fails if a wheel or a zip file is larger than the limit.
 fn print(folder: &Path) -> Outcome {
     println!("\n{} {VERSION}", folder.display());
+    let mut large = Vec::new();
     for file in files(folder)? {
         let size = file.metadata().map_err(|error| format!("{}: {error}", file.display()))?.len();
         let extension = file.extension().unwrap_or_default();
-        let is_large = (extension == "whl" || extension == "zip") && size > LIMIT;
-        let remark = if is_large { "  larger than 30 MB" } else { "" };
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        println!("{:>8.2} MB  {name}{remark}", size as f64 / 1e6);
+        println!("{:>8.2} MB  {name}", size as f64 / 1e6);
+        if (extension == "whl" || extension == "zip") && size > LIMIT {
+            large.push(name);
+        }
     }
-    Ok(())
+    if large.is_empty() { Ok(()) } else { Err(format!("larger than {} MB: {}", LIMIT / 1_000_000, large.join(", "))) }
 }
 
 #[cfg(test)]
