@@ -105,7 +105,8 @@ fn parse(line: &str) -> Option<(String, Verdict)> {
 pub struct Known {
     pub test: Test,
     limits: Limits,
-    reached: BTreeSet<u32>,
+    /// `None` where the program cannot say: one that is killed as it writes a byte too many of a file.
+    reached: Option<BTreeSet<u32>>,
 }
 
 /// What a program may take: of processors, and by the clock.
@@ -134,7 +135,12 @@ pub fn know(test: Test) -> Result<Known, String> {
     std::fs::write(&file, "").map_err(|error| fault(&file, error))?;
     let start = Instant::now();
     let hour = Duration::from_secs(3600);
-    let (ended, work) = run(&test, 0, Some(&file), Limits { work: hour, clock: hour })?;
+    let limits = Limits { work: hour, clock: hour };
+    let (mut ended, mut work) = run(&test, 0, Some(&file), limits)?;
+    let says = matches!(ended, Ended::Passed);
+    if !says {
+        (ended, work) = run(&test, 0, None, limits)?;
+    }
     let length = start.elapsed();
     let name = test.program.display();
     match ended {
@@ -143,8 +149,9 @@ pub fn know(test: Test) -> Result<Known, String> {
         Ended::Late => return Err(format!("without a mutant, {name} does not end")),
     }
     let text = std::fs::read_to_string(&file).map_err(|error| fault(&file, error))?;
-    let reached: BTreeSet<u32> = text.lines().filter_map(|line| line.parse().ok()).collect();
-    println!("{name}: {:.1} s, {} mutants reached", length.as_secs_f64(), reached.len());
+    let reached = says.then(|| text.lines().filter_map(|line| line.parse().ok()).collect::<BTreeSet<u32>>());
+    let count = reached.as_ref().map_or("unknown".to_owned(), |reached| reached.len().to_string());
+    println!("{name}: {:.1} s, mutants reached: {count}", length.as_secs_f64());
     let work = TIMES * work + Duration::from_secs(SECONDS);
     let clock = TIMES * (TIMES * length + Duration::from_secs(SECONDS));
     Ok(Known { test, limits: Limits { work, clock }, reached })
@@ -153,8 +160,11 @@ pub fn know(test: Test) -> Result<Known, String> {
 /// Runs those of `tests` that reach a mutant, until one notices it.
 pub fn judge(number: u32, tests: &[&Known]) -> Result<Verdict, String> {
     let mut is_reached = false;
-    for known in tests.iter().filter(|known| known.reached.contains(&number)) {
-        is_reached = true;
+    for known in tests {
+        match &known.reached {
+            Some(reached) if !reached.contains(&number) => continue,
+            reached => is_reached |= reached.is_some(),
+        }
         match run(&known.test, number, None, known.limits)?.0 {
             Ended::Passed => {}
             Ended::Failed(what) => return Ok(Verdict::Caught(format!("{}: {what}", known.test.package))),
