@@ -11,7 +11,7 @@
 #include <dirent.h>
 #endif
 
-enum { WORKERS = 2, SIDE = 4, POINTS = 4096 };
+enum { WORKERS = 2, SIDE = 4, PLACES = 4096 };
 
 /* How many threads the process has. */
 static int tasks(void) {
@@ -150,7 +150,7 @@ static size_t compute(RlvContext context, float *points) {
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK_OK(rlv_tessellate_detail(detail, &cells, &mesh));
     CHECK_OK(rlv_mesh_info(mesh, &info));
-    CHECK(info.point_count <= POINTS);
+    CHECK(info.point_count <= PLACES);
     CHECK_OK(rlv_mesh_get_points(mesh, points, info.point_count, 0));
     CHECK_OK(rlv_caster_create_mesh(context, mesh, &caster));
     CHECK_OK(rlv_caster_release(caster));
@@ -179,7 +179,7 @@ static RlvJob tessellation(RlvContext context) {
 }
 
 int main(void) {
-    static float expected[3 * POINTS], points[3 * POINTS];
+    static float expected[3 * PLACES], points[3 * PLACES];
     RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
     RlvContextInfo info = RLV_CONTEXT_INFO_INIT;
     RlvContext context = RLV_NULL, shared = RLV_NULL;

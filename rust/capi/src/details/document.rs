@@ -218,8 +218,11 @@ impl Transfer {
         let options = TransferOptions { reach: self.reach, isolation: None };
         let (made, done) = transfer_watched(executor, &document, self.from.as_ref(), &self.to, &options, progress)
             .map_err(|error| error.at(path.clone()))?;
+        // Windows does not replace a file that is open.
+        let notes = document.notes.clone();
+        drop(document);
         made.write(&self.to_path)?;
-        for note in document.notes.iter().chain(&done.notes) {
+        for note in notes.iter().chain(&done.notes) {
             context.log(RLV_LOG_WARNING, &format!("{path}: {note}"));
         }
         let sum = |part: usize| done.layers.iter().map(|(_, areas)| areas[part]).sum();
