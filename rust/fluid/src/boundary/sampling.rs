@@ -160,6 +160,17 @@ mod tests {
     }
 
     #[test]
+    fn no_place_of_a_side_is_further_than_half_the_spacing_from_a_sample() {
+        let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.866, 0.0]].map(Vec3::from);
+        let samples = sample(&points, &[[0, 1, 2]], 0.2).unwrap();
+        let places: Vec<Vec3> = samples.iter().map(|sample| sample.of(&points, &[[0, 1, 2]])).collect();
+        for (side, part) in (0..3).flat_map(|side| (0..=100).map(move |part| (side, part as f32 / 100.0))) {
+            let place = points[side].lerp(points[(side + 1) % 3], part);
+            assert!(places.iter().any(|other| other.distance(place) < 0.51 * 0.2), "{side} {part}");
+        }
+    }
+
+    #[test]
     fn triangles_that_are_too_large_or_nothing_are_no_trouble() {
         let points = [Vec3::ZERO, Vec3::X * 1e6, Vec3::Y * 1e6, Vec3::X * 1e6];
         assert!(sample(&points, &[[0, 1, 2]], 0.01).is_err());

@@ -1,7 +1,7 @@
 //! Particles that a surface needs, and particles that it does not.
 
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions};
+use relievo_core::{Context, ContextOptions, ErrorKind};
 use relievo_fluid::{Surface, SurfaceFunction, Visibility, classify, mesh};
 
 use crate::shapes::{FUNCTIONS, hollow, lattice};
@@ -59,6 +59,12 @@ fn what_does_not_fit_is_refused() {
     for threshold in [-1.0, f32::NAN, f32::INFINITY] {
         assert!(classify(&context, &[[0.0; 3]; 2], &surface, Some(threshold), &mut Silent).is_err());
     }
+    // Far apart, so that the vertices of the surface need much more memory than the particles.
+    let apart = lattice(10, 1.0);
+    let tight = Context::new(&ContextOptions { threads: 1, memory_limit: 600_000 }).unwrap();
+    let surface = Surface::new(&tight, &apart, SurfaceFunction::blobs(0.1)).unwrap();
+    let error = classify(&tight, &apart, &surface, None, &mut Silent).unwrap_err();
+    assert_eq!(error.kind, ErrorKind::Memory, "{error}");
     let none = Surface::new(&context, &[], SurfaceFunction::density(0.1)).unwrap();
     let classes = classify(&context, &[], &none, None, &mut Silent).unwrap();
     assert_eq!((classes.of.len(), classes.kept()), (0, 1.0));

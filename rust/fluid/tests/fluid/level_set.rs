@@ -48,6 +48,16 @@ fn level_sets_do_not_depend_on_threads_and_their_blocks_are_sorted() {
 }
 
 #[test]
+fn far_from_0_voxels_need_no_more_memory() {
+    let context = Context::new(&ContextOptions { threads: 1, memory_limit: 1 << 24 }).unwrap();
+    for far in [0.0, 100.0, -100.0] {
+        let surface = Surface::new(&context, &[[far; 3]], SurfaceFunction::zhu_bridson(0.1)).unwrap();
+        let mesh = mesh(&context, &surface, 0.05, &[], &mut Silent).unwrap();
+        assert!(!level_set(&context, &surface, &mesh, 0.05, &mut Silent).unwrap().blocks.is_empty(), "{far}");
+    }
+}
+
+#[test]
 fn voxels_that_cannot_be_are_refused_before_they_are_made() {
     let context = Context::new(&ContextOptions { threads: 1, memory_limit: 1 << 26 }).unwrap();
     let surface = Surface::new(&context, &[[0.0; 3]], SurfaceFunction::zhu_bridson(0.1)).unwrap();

@@ -13,6 +13,20 @@ fn made(points: &[Vec3], triangles: &[[u32; 3]], is_container: bool) -> Result<C
 }
 
 #[test]
+fn a_collider_that_goes_says_when_it_arrives() {
+    let (points, triangles) = cuboid(Vec3::ZERO, Vec3::ONE);
+    let mut collider = made(&points, &triangles, false).unwrap();
+    assert_eq!(collider.left(), f32::INFINITY);
+    let moved: Vec<Vec3> = points.iter().map(|point| *point + Vec3::X).collect();
+    collider.go(&Context::serial(), &constants(0.1), [&points, &moved], 0.25).unwrap();
+    assert_eq!(collider.left(), 0.25);
+    assert!(!collider.arrive(0.125));
+    assert_eq!(collider.left(), 0.125);
+    assert!(collider.arrive(0.125));
+    assert_eq!(collider.left(), f32::INFINITY);
+}
+
+#[test]
 fn particles_lie_behind_closed_surfaces_and_on_others() {
     let (points, mut triangles) = cuboid(Vec3::ZERO, Vec3::new(1.0, 0.8, 0.6));
     // How far particles are from the middle of the box, in its half sizes, along the axis where that is most.
