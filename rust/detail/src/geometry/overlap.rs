@@ -108,6 +108,21 @@ mod tests {
         }
     }
 
+    #[test]
+    fn small_boxes_that_touch_have_an_overlap() {
+        let mut touching = 0;
+        for step in 0..500 {
+            let angle = 0.013 * f64::from(step);
+            let axes = DMat3::from_euler(EulerRot::XYZ, angle, 2.0 * angle, 3.0 * angle);
+            let half = DVec3::new(1.0, 2.0, 3.0) * 1e-3;
+            let a = Obb { center: DVec3::new(0.7, -0.4, 0.9), axes, half };
+            let b = Obb { center: a.center + axes.x_axis * 2e-3, axes, half };
+            touching += u32::from(a.overlaps(&b));
+            assert_eq!(overlap(&a, &b).is_some(), a.overlaps(&b), "{step}");
+        }
+        assert!(touching > 100, "{touching}");
+    }
+
     proptest! {
         #[test]
         fn the_overlap_holds_what_both_hold_and_no_more_than_either(

@@ -159,15 +159,6 @@ impl Voxels {
             .sum()
     }
 
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.spans[..])
-            + size_of_val(&self.words[..])
-            + size_of_val(&self.records[..])
-            + size_of_val(&self.heights[..])
-            + size_of_val(&self.cells[..])
-    }
-
     /// Voxelises `solid` in `grid`.
     ///
     /// `selection` names the triangles to look at: at least those in the box's prism extended to `side`, or all of them
@@ -618,6 +609,17 @@ mod tests {
             empty += u32::from(!voxels.may_meet(low, high));
         }
         assert!(empty > 500, "{empty}");
+    }
+
+    #[test]
+    fn boxes_of_other_rows_do_not_meet_a_ring() {
+        let ring = shapes::moved(shapes::torus(0.1, 0.08, 24, 12), [0.0, -0.7, 0.0]);
+        let grid = Grid::new(&around([0.0; 3], [1.0; 3], 0.0), 1 << 18, None);
+        let voxels = fill(&ring, &grid, None, Side::Forward, true, 1);
+        let dims = grid.dims.map(|count| count as f32);
+        let rows = |from: f32, to: f32| voxels.may_meet([0.0, from * dims[1], 0.0], [dims[0], to * dims[1], dims[2]]);
+        assert!(rows(0.1, 0.2) && rows(0.0, 1.0));
+        assert!(!rows(0.5, 0.9) && !rows(0.0, 0.01));
     }
 
     #[test]

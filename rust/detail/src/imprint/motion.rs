@@ -249,6 +249,7 @@ mod tests {
         let way = DAffine3::from_translation(DVec3::X * 3.0 * 4.1) * place;
         let deformed = Motion::new(&collider, pose(collider.points().into()), pose(moved)).unwrap();
         let pushed = Motion::new(&collider, Pose::rigid(place), Pose::rigid(way)).unwrap();
+        assert!((pushed.travel() - 3.0 * 4.1).abs() < 1e-4);
         assert!((deformed.travel() - pushed.travel()).abs() < 1e-4);
         assert_eq!(deformed.sub_steps(), pushed.sub_steps());
     }

@@ -125,6 +125,14 @@ mod tests {
     }
 
     #[test]
+    fn a_turn_goes_from_the_first_axis_to_the_second() {
+        let brush = Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::ONE, Falloff::Linear).unwrap();
+        assert_eq!(brush.clone().turned(0.0).obb(), brush.obb());
+        let turned = brush.turned(std::f64::consts::FRAC_PI_2);
+        assert!((turned.obb().axes.x_axis - DVec3::Y).length() < 1e-12);
+    }
+
+    #[test]
     fn a_brush_on_a_surface_stands_on_its_normal() {
         let normal = DVec3::new(0.3, -0.2, 2.0);
         for along in [DVec3::X, DVec3::Z, DVec3::ZERO, normal] {

@@ -241,3 +241,21 @@ impl DeviceSmoothing {
         run(pass, 4, TILES)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_made_anew_for_more_or_larger_ones() {
+        let Some(device) = relievo_testing::device() else { return };
+        let mut smoothing = DeviceSmoothing::new(&device).unwrap();
+        assert!(smoothing.enlarge(&device, (10, 8, 4)).unwrap());
+        assert!(!smoothing.enlarge(&device, (10, 8, 4)).unwrap());
+        assert!(smoothing.enlarge(&device, (10, 64, 4)).unwrap());
+        assert!(smoothing.blocks().len() >= 64 * smoothing.capacity());
+        let more = smoothing.capacity() + 1;
+        assert!(smoothing.enlarge(&device, (more, 1, 4)).unwrap());
+        assert!(smoothing.capacity() >= more);
+    }
+}
