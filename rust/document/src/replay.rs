@@ -41,8 +41,6 @@ pub struct Log {
     /// Where the next record goes, and its sequence number.
     pub(crate) end: u64,
     pub(crate) next: u64,
-    /// Whether anything follows the base at all.
-    pub(crate) records: u64,
 }
 
 impl Log {
@@ -135,7 +133,6 @@ pub(crate) fn walk(
                 continue;
             }
         };
-        log.records += 1;
         match kind {
             RecordKind::Input => {
                 pending = Some((location, String::from_utf8_lossy(&payload).into_owned()));

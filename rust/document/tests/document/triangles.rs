@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use proptest::prelude::*;
-use relievo_core::{Context, Mesh};
+use relievo_core::{Context, ErrorKind, Mesh};
 use relievo_document::format::VERSION;
 use relievo_document::{Document, Kind};
 
@@ -48,6 +48,19 @@ fn blocks_of_every_size_are_read_as_they_were_written() {
     assert_eq!(layer.bytes(read.topology()), BLOCKS.iter().map(|(_, count)| 8 * *count as u64).sum());
     assert_eq!(read.topology().block_count(), 12);
     read.fit_triangles(&mesh()).unwrap();
+}
+
+#[test]
+fn what_needs_more_memory_than_the_limit_is_not_called_damaged() {
+    let bytes = document().to_bytes().unwrap();
+    let enough = (0..).map(|step| 64 * step).find(|limit| match Document::parse(&bytes, *limit) {
+        Ok(_) => true,
+        Err(error) => {
+            assert_eq!(error.kind, ErrorKind::Memory, "{limit}: {error}");
+            false
+        }
+    });
+    assert!(enough.is_some_and(|limit| limit > 1000));
 }
 
 #[test]
