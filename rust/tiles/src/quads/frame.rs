@@ -232,6 +232,8 @@ pub(crate) fn opposite(topology: &TileTopology, ring: u32, own: usize) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
+    use relievo_core::Mesh;
+    use relievo_surface::SurfaceOptions;
 
     #[test]
     fn cosines_and_sines_are_within_their_bound() {
@@ -243,6 +245,26 @@ mod tests {
             assert!(far < 1.5e-7, "{angle}: {far}");
         }
         assert_eq!(cosine_and_sine(0.0), (1.0, 0.0));
+    }
+
+    #[test]
+    fn ways_around_a_vertex_agree_where_faces_are_wound_against_each_other() {
+        // Of four squares around a point one is wound the other way.
+        let points = (0..9).map(|k| [(k % 3) as f32, (k / 3) as f32, 0.1 * (k * k % 5) as f32]).collect();
+        let cage = Mesh::new(points, vec![4; 4], vec![0, 1, 4, 3, 1, 2, 5, 4, 3, 4, 7, 6, 4, 7, 8, 5]);
+        let surface = Surface::new(&Context::serial(), &cage, &SurfaceOptions::default()).unwrap();
+        let (topology, frames) = (surface.topology(), Frames::new(&surface));
+        let vector = DVec3::new(0.3, -1.5, 0.7);
+        let mut flipped = 0;
+        for ring in 0..topology.ring_count() as u32 {
+            let entries = topology.ring(ring);
+            for (from, to) in (0..entries.len()).flat_map(|from| (0..entries.len()).map(move |to| (from, to))) {
+                let over = frames.around(ring, to, 0).apply(frames.around(ring, from, to).apply(vector));
+                assert!((over - frames.around(ring, from, 0).apply(vector)).length() < 1e-5, "{ring} {from} {to}");
+                flipped += usize::from(entries[to].flipped != entries[0].flipped);
+            }
+        }
+        assert!(flipped > 0);
     }
 
     #[test]

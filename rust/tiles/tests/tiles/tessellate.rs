@@ -228,6 +228,36 @@ fn welded(mesh: &Mesh) -> Mesh {
     Mesh::new(points, mesh.face_sizes.clone(), corners)
 }
 
+/// Fails unless the normals at the corners of every triangle are the triangle's own.
+fn check_flat(made: &Tessellation) {
+    let Values::F32(normals) = &made.mesh.attribute("normal").unwrap().values else { panic!() };
+    for index in 0..made.mesh.face_count() {
+        let [a, b, c] = triangle(&made.mesh, index);
+        let facing = (b - a).cross(c - a).normalize();
+        for corner in &made.mesh.corners[3 * index..3 * index + 3] {
+            let normal = Vec3::from_slice(&normals[3 * *corner as usize..]);
+            assert!((normal - facing).length() < 1e-3, "{normal} {facing} at {:?}", made.mesh.points[*corner as usize]);
+        }
+    }
+}
+
+#[test]
+fn sharp_edges_between_triangles_have_a_normal_for_each_side() {
+    let points = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut mesh = Mesh::from_triangles(points, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);
+    for points in [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]] {
+        mesh.creases.push(Crease { points, sharpness: 10.0 });
+    }
+    let surface = surface(&mesh);
+    let tessellator = Tessellator::new(surface.topology(), &mesh, uniform_rates(surface.topology(), 4)).unwrap();
+    let mut displacement = Displacement::new(surface.topology().clone(), &DisplacementOptions::default()).unwrap();
+    let plain = displacement.commit();
+    let view = Displaced::new(&surface, plain.field()).unwrap();
+    let made = tessellator.tessellate(&Context::serial(), &view, &mesh).unwrap();
+    check_closed(&welded(&made.mesh), 0);
+    check_flat(&made);
+}
+
 #[test]
 fn sharp_edges_have_a_normal_for_each_side_and_no_cracks() {
     // A cube of quads, but for one side of two triangles, with all its edges sharp.
@@ -245,18 +275,7 @@ fn sharp_edges_have_a_normal_for_each_side_and_no_cracks() {
     let view = Displaced::new(&surface, plain.field()).unwrap();
     let mut made = tessellator.tessellate(&context, &view, &mesh).unwrap();
     check_closed(&welded(&made.mesh), 0);
-    let normals = |made: &Tessellation| match &made.mesh.attribute("normal").unwrap().values {
-        Values::F32(normals) => normals.clone(),
-        Values::U32(_) => panic!(),
-    };
-    for index in 0..made.mesh.face_count() {
-        let [a, b, c] = triangle(&made.mesh, index);
-        let facing = (b - a).cross(c - a).normalize();
-        for corner in &made.mesh.corners[3 * index..3 * index + 3] {
-            let normal = Vec3::from_slice(&normals(&made)[3 * *corner as usize..]);
-            assert!((normal - facing).length() < 1e-3, "{normal} {facing} at {:?}", made.mesh.points[*corner as usize]);
-        }
-    }
+    check_flat(&made);
     // And with a dent over an edge.
     displacement.apply(&Sets { allocate: vec![0, 6], ..Sets::default() }).unwrap();
     let changes = displacement.edit(&context, &[0, 6], |_, texels| {

@@ -131,3 +131,27 @@ impl Progressive {
             && self.splits().all(|(split, ..)| is_same(split))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progressive::BuildOptions;
+    use relievo_core::progress::Silent;
+
+    #[test]
+    fn meshes_that_differ_in_one_triangle_of_a_split_are_two() {
+        let points: Vec<[f32; 3]> = (0..81u8).map(|k| [k % 9, k / 9, k % 4].map(f32::from)).collect();
+        let squares = (0..64).map(|k| k / 8 * 9 + k % 8);
+        let triangles: Vec<[u32; 3]> = squares.flat_map(|a| [[a, a + 1, a + 10], [a, a + 10, a + 9]]).collect();
+        let options = BuildOptions { faces: 20, ..BuildOptions::default() };
+        let mesh = Progressive::build(&Context::serial(), &points, &triangles, &options, &mut Silent).unwrap();
+        assert!(mesh.is_beginning_of(&mesh.clone()));
+        let (split, ..) = mesh.splits().next().unwrap();
+        for face in [2 * split, 2 * split + 1] {
+            let mut other = mesh.clone();
+            other.faces[face as usize].rotate_left(1);
+            other.faces[face as usize][0] ^= 1;
+            assert!(!mesh.is_beginning_of(&other), "{face}");
+        }
+    }
+}
