@@ -612,14 +612,21 @@ mod tests {
     }
 
     #[test]
-    fn boxes_of_other_rows_do_not_meet_a_ring() {
-        let ring = shapes::moved(shapes::torus(0.1, 0.08, 24, 12), [0.0, -0.7, 0.0]);
+    fn boxes_of_slabs_without_a_solid_voxel_meet_none() {
+        let ring = shapes::moved(shapes::torus(0.1, 0.08, 24, 12), [-0.7, -0.6, -0.5]);
         let grid = Grid::new(&around([0.0; 3], [1.0; 3], 0.0), 1 << 18, None);
         let voxels = fill(&ring, &grid, None, Side::Forward, true, 1);
-        let dims = grid.dims.map(|count| count as f32);
-        let rows = |from: f32, to: f32| voxels.may_meet([0.0, from * dims[1], 0.0], [dims[0], to * dims[1], dims[2]]);
-        assert!(rows(0.1, 0.2) && rows(0.0, 1.0));
-        assert!(!rows(0.5, 0.9) && !rows(0.0, 0.01));
+        let [nx, ny, nz] = grid.dims;
+        let solid = |y: u32| (0..nx).any(|x| (0..nz).any(|z| voxels.get([x, y, z])));
+        let mut met = 0;
+        for y in 0..ny {
+            let first = y / voxels.slab_rows * voxels.slab_rows;
+            let slab = (first..(first + voxels.slab_rows).min(ny)).any(solid);
+            let place = y as f32 + 0.5;
+            assert_eq!(voxels.may_meet([0.0, place, 0.0], [nx as f32, place, nz as f32]), slab, "{y}");
+            met += u32::from(slab);
+        }
+        assert!(met > 0 && met < ny / 2, "{met} of {ny}");
     }
 
     #[test]

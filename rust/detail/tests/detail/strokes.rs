@@ -397,22 +397,3 @@ fn smearing_carries_an_edge_along_and_changes_nothing_that_is_even() {
     assert!(along.windows(2).all(|pair| pair[1] <= pair[0] + 0.02), "{along:?}");
     assert!(redness(0.2, 0.6) < 1e-3 && redness(1.8, 0.05) < 0.2);
 }
-
-#[test]
-fn mirror_images_that_smear_another_object_count_as_its_dabs() {
-    let context = Context::serial();
-    let [mut right, mut left] = [3.0, -3.0].map(|x| {
-        let place = DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
-        let mut object = object(&context, &plane(4), 32, place);
-        let half = Brush::new(DVec3::new(x, 0.0, 0.0), DMat3::IDENTITY, DVec3::splat(0.5), Falloff::Constant);
-        let red = Action::Paint { mode: PaintMode::Mix, color: [1.0, 0.0, 0.0, 1.0] };
-        Dab { brush: half.unwrap(), action: red, strength: 1.0 }.apply(&context, &mut object).unwrap();
-        object
-    });
-    let smear = Action::Paint { mode: PaintMode::Smear, color: [0.0; 4] };
-    let settings = StrokeSettings { radius: 0.4, spacing: 0.25, symmetry_x: Switch::ON, ..Default::default() };
-    let stroke = line(&[[2.0, 0.05, 0.0], [4.0, 0.05, 0.0]], settings, smear);
-    let done = stroke.apply_all(&context, &mut [&mut right, &mut left]).unwrap();
-    assert!(done[1].dabs > 0 && done[1].dabs < done[0].dabs, "{} {}", done[0].dabs, done[1].dabs);
-    assert!(done.iter().all(|done| done.report.changed_texels > 0));
-}
