@@ -59,10 +59,10 @@ fn what_does_not_fit_is_refused() {
     for threshold in [-1.0, f32::NAN, f32::INFINITY] {
         assert!(classify(&context, &[[0.0; 3]; 2], &surface, Some(threshold), &mut Silent).is_err());
     }
-    // Far apart, so that the vertices of the surface need much more memory than the particles.
+    // A thousand surfaces of at least eight vertices, of 12 bytes each.
     let apart = lattice(10, 1.0);
-    let tight = Context::new(&ContextOptions { threads: 1, memory_limit: 600_000 }).unwrap();
-    let surface = Surface::new(&tight, &apart, SurfaceFunction::blobs(0.1)).unwrap();
+    let tight = Context::new(&ContextOptions { threads: 1, memory_limit: 90_000 }).unwrap();
+    let surface = Surface::new(&context, &apart, SurfaceFunction::blobs(0.1)).unwrap();
     let error = classify(&tight, &apart, &surface, None, &mut Silent).unwrap_err();
     assert_eq!(error.kind, ErrorKind::Memory, "{error}");
     let none = Surface::new(&context, &[], SurfaceFunction::density(0.1)).unwrap();
