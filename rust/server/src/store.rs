@@ -212,7 +212,10 @@ impl Store {
             sync_folder(&self.folder.join(FRAMES)).map_err(failed)?;
         }
         let mut file = File::create(unfinished).map_err(failed)?;
-        content(&mut file).and_then(|()| file.sync_all()).map_err(failed)?;
+        content(&mut file).map_err(failed)?;
+        // The system's time of a write may lag behind the clock by which uses are counted.
+        let _ = file.set_modified(SystemTime::now());
+        file.sync_all().map_err(failed)?;
         drop(file);
         std::fs::rename(unfinished, path).and_then(|()| sync_folder(folder)).map_err(failed)
     }
