@@ -196,7 +196,7 @@ fn embree() -> Result<PathBuf, String> {
     let folder = Platform::Windows.folder().join("embree");
     let libraries = folder.join("embreex.libs");
     if !libraries.exists() {
-        let python = wheel::environment(&target().join("platforms/python"), &[])?;
+        let python = wheel::tools()?;
         let files = folder.join("files");
         remove(&files)?;
         let mut download = Command::new(&python);
