@@ -69,7 +69,7 @@ enum Task {
     },
     /// Builds the module over OpenVDB, which programs and tests open on demand
     Module,
-    /// Builds the Python package as a wheel that carries the library and all that it needs
+    /// Builds the Python package as wheels that carry the library and all that it needs
     Wheel,
     /// Makes the Blender extension and the add-on for Blender 3.4, with the library
     Blender {
