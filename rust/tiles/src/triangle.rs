@@ -4,6 +4,7 @@
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6.
 
 mod allocation;
+mod around;
 pub mod block;
 pub mod change;
 pub mod channel;

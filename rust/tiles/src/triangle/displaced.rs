@@ -32,39 +32,51 @@ pub struct Foot {
     pub normal: Vec3,
 }
 
+impl Foot {
+    /// The undisplaced surface at a vertex of the mesh.
+    pub(super) fn at_vertex(surface: &TriangleSurface, vertex: u32) -> Self {
+        let [point, normal] = [surface.points(), surface.normals()].map(|of| Vec3::from(of[vertex as usize]));
+        Self { point, normal }
+    }
+
+    /// `step` of `segments` on the edge from here, its lower vertex, to `high`.
+    pub(super) fn toward(&self, high: &Self, step: u32, segments: u32) -> Self {
+        let (whole, part) = (segments as f32, step as f32);
+        let mean = |low: Vec3, high: Vec3| (low * (whole - part) + high * part) / whole;
+        Self { point: mean(self.point, high.point), normal: mean(self.normal, high.normal).normalize_or_zero() }
+    }
+
+    /// The place inside a face with these corners whose barycentric coordinates are `weights`, in multiples of 1 / 3T.
+    pub(super) fn inside(corners: &[Self; 3], weights: [f32; 3], pattern: Pattern) -> Self {
+        let whole = 3.0 * pattern.segments() as f32;
+        let mean = |of: [Vec3; 3]| (of[0] * weights[0] + of[1] * weights[1] + of[2] * weights[2]) / whole;
+        let [a, b, c] = corners;
+        let normal = mean([a.normal, b.normal, c.normal]).normalize_or_zero();
+        Self { point: mean([a.point, b.point, c.point]), normal }
+    }
+}
+
 /// The undisplaced surface at a vertex of any pattern laid over `face`.
 pub fn foot(surface: &TriangleSurface, face: u32, pattern: Pattern, node: Node) -> Foot {
     let topology = surface.topology();
-    let at = |vertex: u32| {
-        let [points, normals] = [surface.points(), surface.normals()];
-        [points[vertex as usize], normals[vertex as usize]].map(Vec3::from)
-    };
     match pattern.slot(node) {
-        Slot::Corner(corner) => {
-            let [point, normal] = at(topology.face(face)[corner as usize]);
-            Foot { point, normal }
-        }
+        Slot::Corner(corner) => Foot::at_vertex(surface, topology.face(face)[corner as usize]),
         Slot::Side(side, step) => {
             let TriangleSide { edge, reversed } = topology.side(face, side);
             let segments = pattern.segments();
             edge_foot(surface, edge, if reversed { segments - step } else { step }, segments)
         }
         Slot::Inside(_) => {
-            let corners = topology.face(face).map(at);
-            let weights = pattern.weights(node).map(|weight| weight as f32);
-            let whole = 3.0 * pattern.segments() as f32;
-            let mean = |k: usize| (0..3).map(|corner| corners[corner][k] * weights[corner]).sum::<Vec3>() / whole;
-            Foot { point: mean(0), normal: mean(1).normalize_or_zero() }
+            let corners = topology.face(face).map(|vertex| Foot::at_vertex(surface, vertex));
+            Foot::inside(&corners, pattern.weights(node).map(|weight| weight as f32), pattern)
         }
     }
 }
 
 /// The undisplaced surface on an edge, `step` of `segments` from its lower vertex.
 pub fn edge_foot(surface: &TriangleSurface, edge: u32, step: u32, segments: u32) -> Foot {
-    let [a, b] = surface.topology().edge(edge).map(|vertex| vertex as usize);
-    let (whole, part) = (segments as f32, step as f32);
-    let mean = |of: &[[f32; 3]]| (Vec3::from(of[a]) * (whole - part) + Vec3::from(of[b]) * part) / whole;
-    Foot { point: mean(surface.points()), normal: mean(surface.normals()).normalize_or_zero() }
+    let [low, high] = surface.topology().edge(edge).map(|vertex| Foot::at_vertex(surface, vertex));
+    low.toward(&high, step, segments)
 }
 
 /// The undisplaced surface at the place of `face` with barycentric coordinates `at`; what lies on an edge is computed

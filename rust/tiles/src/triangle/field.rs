@@ -248,6 +248,25 @@ impl<T: Texel> TriangleField<T> {
         }
     }
 
+    /// Returns what is read on an edge, by the step from its lower vertex of `segments`, 1 to one less than these.
+    pub(super) fn along(&self, edge: u32, segments: u32) -> impl Fn(u32) -> T::Value + '_ {
+        let block = self.edge(edge).unwrap_or(&[]);
+        let is_even = block.len() + 1 == segments as usize;
+        move |step| match block.get((step as usize).wrapping_sub(1)) {
+            Some(value) if is_even => value.value(),
+            _ => self.on_segments(edge, block, 1, step as f32 / segments as f32),
+        }
+    }
+
+    /// Returns what is read inside a face, by the number in `pattern`, see [`Slot::Inside`].
+    pub(super) fn inside(&self, face: u32, pattern: Pattern) -> impl Fn(u32) -> T::Value + '_ {
+        let block = self.face(face).filter(|block| block.len() == pattern.face_values()).unwrap_or(&[]);
+        move |index| match block.get(index as usize) {
+            Some(value) => value.value(),
+            None => self.at(face, pattern, pattern.at_slot(Slot::Inside(index))),
+        }
+    }
+
     /// Linear between every `stride`-th value of an edge.
     fn on_segments(&self, edge: u32, block: &[T], stride: usize, along: f32) -> T::Value {
         let segments = (block.len() + 1) / stride;

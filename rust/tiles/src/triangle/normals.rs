@@ -11,55 +11,21 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use relievo_core::{Context, Result};
-use relievo_surface::{TriangleSide, TriangleSurface, TriangleTopology};
+use relievo_surface::{TriangleSurface, TriangleTopology};
 
-use super::displaced::{TriangleDisplaced, edge_foot, foot};
+use super::around::{Around, Said};
+use super::displaced::{Foot, TriangleDisplaced, foot};
 use super::field::{Entry, TriangleClass, TriangleField};
-use super::pattern::{Node, Pattern, Slot};
-use super::piece::FaceRates;
+use super::pattern::{Node, Pattern};
 use super::vectors::Offset;
 use crate::store::heap::BlockId;
 use crate::store::pages::CowBlocks;
-use crate::store::slot;
-
-/// The share of a segment from which on a displacement counts in full.
-const FULL: f64 = 1.0 / 64.0;
+use crate::store::slot::Slot as Texels;
 
 /// The normals of all vertices of a displaced mesh's tessellation.
 #[derive(Clone, Debug)]
 pub struct TriangleNormals {
     turns: TriangleField<Offset>,
-}
-
-/// What the triangles around a vertex of the tessellation say: twice the sums of their areas as vectors, displaced and
-/// not, the largest displacement among them and the shortest of their sides.
-#[derive(Clone, Copy, Debug, Default)]
-struct Around {
-    displaced: DVec3,
-    flat: DVec3,
-    height: f64,
-    step: f64,
-}
-
-impl Around {
-    fn add(&mut self, other: &Self) {
-        self.displaced += other.displaced;
-        self.flat += other.flat;
-        self.height = self.height.max(other.height);
-        self.step = if self.step == 0.0 { other.step } else { self.step.min(other.step) };
-    }
-
-    /// The difference that is kept, given the smooth normal.
-    fn turn(&self, smooth: Vec3) -> Offset {
-        if self.height == 0.0 {
-            return Offset::default();
-        }
-        let share = if self.step > 0.0 { (self.height / (FULL * self.step)).min(1.0) } else { 1.0 };
-        let change = self.displaced.normalize_or_zero() - self.flat.normalize_or_zero();
-        let smooth = smooth.as_dvec3();
-        let turned = (smooth + change * share).normalize_or(smooth);
-        Offset((turned - smooth).as_vec3().to_array())
-    }
 }
 
 impl TriangleNormals {
@@ -111,8 +77,8 @@ impl TriangleNormals {
         (smooth.as_dvec3() + turn).normalize_or(smooth.as_dvec3()).as_vec3()
     }
 
-    /// Renews the normals of `faces`, which look different than before or whose neighbours do, and of their edges and
-    /// corners.
+    /// Renews the normals of `faces`, ascending, which look different than before or whose neighbours do, and of their
+    /// edges and corners.
     pub fn update(&mut self, context: &Context, displaced: &TriangleDisplaced<'_>, faces: &[u32]) {
         let field = displaced.field();
         let topology = field.topology();
@@ -124,46 +90,42 @@ impl TriangleNormals {
             list.sort_unstable();
             list.dedup();
         }
-        let pieces = context.map(around.len(), |index| sums(displaced, around[index]));
-        let sums_of = |face: u32| around.binary_search(&face).ok().map(|index| &pieces[index]);
-
-        let inside = context.map(faces.len(), |index| {
-            let face = faces[index];
-            let pattern = displaced.rates(face).inside?;
-            let (rates, sums) = sums_of(face)?;
-            let values = sums[rates.border() as usize..].iter().zip(0..).map(|(sum, index)| {
-                sum.turn(foot(displaced.surface(), face, pattern, pattern.at_slot(Slot::Inside(index))).normal)
-            });
-            Some((pattern, values.collect::<Vec<Offset>>()))
+        let said = context.map(around.len(), |index| {
+            let face = around[index];
+            Said::by(displaced, face, faces.binary_search(&face).is_ok())
         });
-        for (face, values) in faces.iter().zip(inside) {
-            set(&mut self.turns.faces, *face, true, values);
+        let said_of = |face: u32| around.binary_search(&face).ok().map(|index| &said[index]);
+        for (face, said) in around.iter().zip(&said).filter(|(face, _)| faces.binary_search(face).is_ok()) {
+            let class = said.rates.inside.map(|pattern| TriangleClass { face: true, pattern });
+            set(&mut self.turns.faces, *face, class, &said.inside);
         }
         let along = context.map(edges.len(), |index| {
             let edge = edges[index];
             let pattern = displaced.edge_pattern(edge)?;
             let segments = pattern.segments();
-            let values = (1..segments).map(|step| {
-                let mut total = Around::default();
-                for (face, side) in topology.faces_along(edge) {
-                    let Some((rates, sums)) = sums_of(face) else { continue };
-                    let start: u32 = rates.sides[..side as usize].iter().sum();
-                    let TriangleSide { reversed, .. } = topology.side(face, side);
-                    let step = if reversed { segments - step } else { step };
-                    total.add(&sums[(start + step) as usize]);
+            let mut totals = vec![Around::NOTHING; segments as usize - 1];
+            for (face, side) in topology.faces_along(edge) {
+                let Some(said) = said_of(face) else { continue };
+                let start = said.rates.sides[..side as usize].iter().sum::<u32>() as usize + 1;
+                let sums = &said.border[start..start + totals.len()];
+                match topology.side(face, side).reversed {
+                    false => totals.iter_mut().zip(sums).for_each(|(total, sum)| total.add(sum)),
+                    true => totals.iter_mut().zip(sums.iter().rev()).for_each(|(total, sum)| total.add(sum)),
                 }
-                total.turn(edge_foot(displaced.surface(), edge, step, segments).normal)
-            });
-            Some((pattern, values.collect::<Vec<Offset>>()))
+            }
+            let [low, high] = topology.edge(edge).map(|vertex| Foot::at_vertex(displaced.surface(), vertex));
+            let turn = |(step, total): (u32, &Around)| total.turn(low.toward(&high, step, segments).normal);
+            Some((TriangleClass { face: false, pattern }, (1..).zip(&totals).map(turn).collect::<Vec<Offset>>()))
         });
-        for (edge, values) in edges.iter().zip(along) {
-            set(&mut self.turns.edges, *edge, false, values);
+        for (edge, values) in edges.iter().zip(&along) {
+            let (class, values) = values.as_ref().map_or((None, &[][..]), |(class, values)| (Some(*class), values));
+            set(&mut self.turns.edges, *edge, class, values);
         }
         let corners = context.map(vertices.len(), |index| {
-            let mut total = Around::default();
+            let mut total = Around::NOTHING;
             for (face, corner) in topology.faces_around(vertices[index]) {
-                let Some((rates, sums)) = sums_of(face) else { continue };
-                total.add(&sums[rates.sides[..corner as usize].iter().sum::<u32>() as usize]);
+                let Some(said) = said_of(face) else { continue };
+                total.add(&said.border[said.rates.sides[..corner as usize].iter().sum::<u32>() as usize]);
             }
             total.turn(Vec3::from(displaced.surface().normals()[vertices[index] as usize]))
         });
@@ -175,42 +137,31 @@ impl TriangleNormals {
     }
 }
 
-fn set(pages: &mut CowBlocks<Entry<Offset>>, element: u32, face: bool, values: Option<(Pattern, Vec<Offset>)>) {
-    if values.is_none() && pages.entry(element).is_none() {
+/// Puts the values of a block in place of what an element has; nothing where it has no class.
+fn set(pages: &mut CowBlocks<Entry<Offset>>, element: u32, class: Option<TriangleClass>, values: &[Offset]) {
+    if class.is_none() && pages.entry(element).is_none() {
+        return;
+    }
+    let held = pages.entry_mut(element);
+    if let (Some(Entry { texels: Texels::Here(texels), id, .. }), Some(class)) = (&mut *held, class)
+        && id.class == class
+        && let Some(own) = Arc::get_mut(texels)
+    {
+        own.copy_from_slice(values);
         return;
     }
     // The buffer has no heap: blocks come and go with those of the displacement.
-    *pages.entry_mut(element) = values.map(|(pattern, values)| Entry {
-        texels: slot::Slot::Here(values.into()),
-        id: BlockId { class: TriangleClass { face, pattern }, number: 0 },
-        version: 0,
-    });
-}
-
-/// What the triangles of `face` say at its vertices, as [`FaceRates::places`] has them.
-fn sums(displaced: &TriangleDisplaced<'_>, face: u32) -> (FaceRates, Vec<Around>) {
-    let rates = displaced.rates(face);
-    let at = |(pattern, node): (Pattern, Node)| {
-        let (flat, moved) = (displaced.at(face, pattern, node).0.point, displaced.point(face, pattern, node));
-        (flat.as_dvec3(), moved.as_dvec3(), f64::from(moved.distance(flat)))
-    };
-    let points: Vec<(DVec3, DVec3, f64)> = rates.places().into_iter().map(at).collect();
-    let mut sums = vec![Around::default(); points.len()];
-    for triangle in rates.triangles() {
-        let [a, b, c] = triangle.map(|at| points[at as usize]);
-        let (flat, moved) = ([a.0, b.0, c.0], [a.1, b.1, c.1]);
-        let area = |p: [DVec3; 3]| (p[1] - p[0]).cross(p[2] - p[0]);
-        let shortest = [0, 1, 2].map(|k| flat[k].distance(flat[(k + 1) % 3])).into_iter().fold(f64::INFINITY, f64::min);
-        let share = Around { displaced: area(moved), flat: area(flat), height: a.2.max(b.2).max(c.2), step: shortest };
-        triangle.iter().for_each(|at| sums[*at as usize].add(&share));
-    }
-    (rates, sums)
+    let id = |class| BlockId { class, number: 0 };
+    *held = class.map(|class| Entry { texels: Texels::Here(values.into()), id: id(class), version: 0 });
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::texel::Vector;
+    use crate::triangle::displaced::edge_foot;
+    use crate::triangle::pattern::Slot;
+    use crate::triangle::piece::FaceRates;
     use crate::triangle::piece::TrianglePiece;
     use crate::triangle::shapes;
     use crate::triangle::{TriangleChannel, TriangleOptions, TriangleSets, TriangleValues};
@@ -379,7 +330,7 @@ mod tests {
             let displaced = TriangleDisplaced::new(&surface, channel.field()).unwrap();
             let normals = TriangleNormals::of(&context, &displaced).unwrap();
             // All triangles of the tessellation around a place of the undisplaced mesh, from all faces.
-            let mut around: BTreeMap<[u32; 3], Around> = BTreeMap::new();
+            let mut around: BTreeMap<[u32; 3], ([DVec3; 2], f64, f64)> = BTreeMap::new();
             let mut found = Vec::new();
             let mut shares = 0;
             for face in 0..surface.topology().face_count() as u32 {
@@ -393,15 +344,14 @@ mod tests {
                     let [a, b, c] = triangle.map(|at| at as usize);
                     let area = |p: &[DVec3]| (p[b] - p[a]).cross(p[c] - p[a]);
                     let sides = [(a, b), (b, c), (c, a)].map(|(a, b)| flat[a].distance(flat[b]));
-                    let own = Around {
-                        displaced: area(&moved),
-                        flat: area(&flat),
-                        height: [a, b, c].map(|at| moved[at].distance(flat[at])).into_iter().fold(0.0, f64::max),
-                        step: sides.into_iter().fold(f64::INFINITY, f64::min),
-                    };
-                    [a, b, c]
-                        .iter()
-                        .for_each(|at| around.entry(bits(feet[*at].0.point.to_array())).or_default().add(&own));
+                    let height = [a, b, c].map(|at| moved[at].distance(flat[at])).into_iter().fold(0.0, f64::max);
+                    let step = sides.into_iter().fold(f64::INFINITY, f64::min);
+                    for at in [a, b, c] {
+                        let nothing = ([DVec3::ZERO; 2], 0.0, f64::INFINITY);
+                        let sum = around.entry(bits(feet[at].0.point.to_array())).or_insert(nothing);
+                        sum.0 = [sum.0[0] + area(&moved), sum.0[1] + area(&flat)];
+                        (sum.1, sum.2) = (sum.1.max(height), sum.2.min(step));
+                    }
                 }
                 for ((pattern, node), (foot, _)) in places.iter().zip(feet) {
                     // The middle of a fan keeps no value: it reads as the edges around it.
@@ -411,10 +361,10 @@ mod tests {
                 }
             }
             for (foot, normal) in found {
-                let sum = around[&bits(foot.point.to_array())];
-                let share = (sum.height / (sum.step / 64.0)).min(1.0);
+                let ([displaced, flat], height, step) = around[&bits(foot.point.to_array())];
+                let share = (height / (step / 64.0)).min(1.0);
                 shares += i32::from(share > 0.1 && share < 0.9);
-                let turn = sum.displaced.normalize() - sum.flat.normalize();
+                let turn = displaced.normalize() - flat.normalize();
                 let expected = (foot.normal.as_dvec3() + turn * share).normalize();
                 assert!(expected.distance(normal.as_dvec3()) < 1e-4, "{height}: {expected} {normal}");
             }
