@@ -15,7 +15,7 @@ use relievo_tiles::{Texel, Vector};
 use super::dab::{faces_of, places, write};
 use super::level;
 use super::object::{TriangleGround, TriangleObject, field_length};
-use super::site::{self, Element, ElementEdit, values};
+use super::site::{Element, ElementEdit, Pass, values};
 use crate::paint::dab::Kind;
 use crate::paint::dab::{Dab, no_vectors};
 use crate::paint::mode::SculptMode;
@@ -49,10 +49,8 @@ impl TriangleObject {
         let bending = Bending::new(context.level(), mode, height, &dab.brush, &self.transform);
         let surface = &self.surface;
         let edits = context.stats().time("dab.evaluate", || {
-            let edits =
-                site::evaluate(context, surface, offsets, pattern, &elements, &brush, places, |site, values| {
-                    bending.edit(site, values);
-                });
+            let pass = Pass { surface, field: offsets, pattern, brush: &brush };
+            let edits = pass.evaluate(context, &elements, places, |site, values| bending.edit(site, values));
             level::refined(context, offsets, pattern, edits)
         });
         self.write_bent(context, pattern, &faces, edits, mode == SculptMode::Erase)

@@ -15,7 +15,7 @@ use relievo_tiles::{Candidate, ColorPlanes, Sets, Texel, by_format};
 
 use super::level;
 use super::object::{TriangleGround, TriangleObject};
-use super::site::{self, Element, ElementEdit, Run};
+use super::site::{Element, ElementEdit, Pass, Run};
 use crate::channels::frame::Vectors;
 use crate::channels::knots::PerKnot;
 use crate::channels::layered::LayeredObject;
@@ -87,10 +87,9 @@ impl TriangleObject {
             Painting { level: context.level(), mode, color: everywhere(color.to_array()), blank, stamp, smudge };
         let pattern = field.pattern().coarser(self.level());
         let places = places(ground);
+        let pass = Pass { surface: &self.surface, field, pattern, brush: &brush };
         let edits = context.stats().time("dab.evaluate", || {
-            site::evaluate(context, &self.surface, field, pattern, &elements, &brush, places, |site, values| {
-                painting.edit(site, values);
-            })
+            pass.evaluate(context, &elements, places, |site, values| painting.edit(site, values))
         });
         let edits = level::refined(context, field, pattern, edits);
         let (report, _) = write(context, paint, pattern, &faces, edits, mode == PaintMode::Erase)?;
@@ -149,10 +148,10 @@ impl TriangleObject {
         let pattern = field.pattern().coarser(self.level());
         let ground = start.unwrap_or(self.ground());
         let places = places(ground);
-        let (surface, normals) = (&self.surface, &self.normals);
+        let pass = Pass { surface: &self.surface, field, pattern, brush: &brush };
         let edits = context.stats().time("dab.evaluate", || {
-            site::evaluate(context, surface, field, pattern, &elements, &brush, places, |site, values| {
-                sculpting.edit(site, |site, cosines| site.facing(surface, normals, cosines), values);
+            pass.evaluate(context, &elements, places, |site, values| {
+                sculpting.edit(site, |site, cosines| site.facing(&self.normals, cosines), values);
             })
         });
         let edits = level::refined(context, field, pattern, edits);

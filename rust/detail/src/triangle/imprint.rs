@@ -293,7 +293,7 @@ fn cast(
         let mut count = 0;
         let total = new.len();
         for first in (0..total).step_by(BLOCK_KNOTS) {
-            let run = Run { element, pattern, start: first, count: BLOCK_KNOTS.min(total - first) };
+            let run = Run { element, pattern, start: first, count: BLOCK_KNOTS.min(total - first), at: 0 };
             run.places(&object.surface, &mut places);
             if let Some(vectors) = object.ground().vectors {
                 run.vectors(vectors, &mut way);

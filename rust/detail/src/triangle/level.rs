@@ -48,6 +48,9 @@ pub(super) fn refined<T: Texel>(
     pattern: Pattern,
     edits: Vec<ElementEdit<T>>,
 ) -> Vec<ElementEdit<T>> {
+    if pattern >= field.pattern() {
+        return edits;
+    }
     let is_finer = |element: Element| element.pattern(field).is_some_and(|own| own > pattern);
     let list = edits.iter().filter_map(|edit| {
         let old = values(field, edit.element, pattern)?;

@@ -467,13 +467,17 @@ impl TriangleObject {
         if margin != DVec3::ZERO {
             // Most faces are displaced by less than some face is.
             faces.retain(|face| {
-                let reach = self.ground().reach(*face).max(start.map_or(0.0, |start| start.reach(*face)));
-                let far = stretch * f64::from(reach) + obb.half * (1.0 + 1e-9);
                 let corners =
                     self.surface.corner_points(*face).map(|p| map.transform_point3(DVec3::from(p.map(f64::from))));
                 let low = corners[0].min(corners[1]).min(corners[2]);
                 let high = corners[0].max(corners[1]).max(corners[2]);
-                low.cmple(far).all() && high.cmpge(-far).all()
+                let is_near = |reach: f32| {
+                    let far = stretch * f64::from(reach) + obb.half * (1.0 + 1e-9);
+                    low.cmple(far).all() && high.cmpge(-far).all()
+                };
+                // Few faces are near only by what displaces them.
+                let reach = || self.ground().reach(*face).max(start.map_or(0.0, |start| start.reach(*face)));
+                is_near(0.0) || is_near(reach())
             });
         }
         faces.sort_unstable();

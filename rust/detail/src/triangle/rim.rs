@@ -131,7 +131,8 @@ impl<'a> Band<'a> {
             let number = self.offsets.partition_point(|offset| *offset <= at) - 1;
             let (element, offset) = (self.elements[number], self.offsets[number]);
             let start = at - offset;
-            let run = Run { element, pattern, start, count: (end - at).min(element.count(pattern) - start) };
+            let count = (end - at).min(element.count(pattern) - start);
+            let run = Run { element, pattern, start, count, at: 0 };
             run.places(surface, &mut places);
             if let Some(vectors) = self.object.ground().vectors {
                 run.vectors(vectors, &mut way);
