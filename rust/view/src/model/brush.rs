@@ -10,8 +10,9 @@ use crate::preferences::Preferences;
 /// The radius of a brush at first, as a share of the size of the object.
 const SHARE: f64 = 0.06;
 
-/// The same in edges of faces, of which it has no more: what a dab costs grows with the faces under it.
-const EDGES: f64 = 10.0;
+/// The same in sides of squares as large as the mean face, of which it has no more: what a dab costs grows with the faces
+/// under it, and these are about 300 then.
+const SIDES: f64 = 10.0;
 
 /// What the brush does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,12 +86,12 @@ impl Brush {
         1e-3 * size..=size
     }
 
-    /// A brush that draws on an object of a size in world units, whose faces have edges of the mean length `edge`: a share
-    /// of the object, but no more faces than an event can change while the hand moves.
-    pub fn new(size: f64, edge: f64) -> Self {
+    /// A brush that draws on an object of a size in world units, whose mean face is as large as a square of `side`: a
+    /// share of the object, but no more faces than an event can change while the hand moves.
+    pub fn new(size: f64, side: f64) -> Self {
         Self {
             tool: Tool::Sculpt(SculptMode::Draw),
-            radius: (SHARE * size).min(EDGES * edge).max(*Self::radii(size).start()),
+            radius: (SHARE * size).min(SIDES * side).max(*Self::radii(size).start()),
             strength: 0.5,
             height: 0.15,
             color: [0.55, 0.05, 0.03],
@@ -102,8 +103,8 @@ impl Brush {
 
     /// Takes up what preferences keep of a brush, on an object of a size in world units. Its radius is kept by the one that
     /// it would have at first there.
-    pub(crate) fn take_up(&mut self, kept: &Preferences, (size, edge): (f64, f64)) {
-        let (first, radii) = (Self::new(size, edge).radius, Self::radii(size));
+    pub(crate) fn take_up(&mut self, kept: &Preferences, (size, side): (f64, f64)) {
+        let (first, radii) = (Self::new(size, side).radius, Self::radii(size));
         self.tool = kept.get("brush.tool", Tool::named).unwrap_or(self.tool);
         let radius = kept.number("brush.size", 1e-3..=1e3).map(|share| share * first);
         self.radius = radius.map_or(self.radius, |radius| radius.clamp(*radii.start(), *radii.end()));
@@ -120,9 +121,9 @@ impl Brush {
     }
 
     /// Puts into preferences what they keep of the brush.
-    pub(crate) fn keep(&self, kept: &mut Preferences, (size, edge): (f64, f64)) {
+    pub(crate) fn keep(&self, kept: &mut Preferences, (size, side): (f64, f64)) {
         kept.set("brush.tool", self.tool.name());
-        kept.set("brush.size", self.radius / Self::new(size, edge).radius);
+        kept.set("brush.size", self.radius / Self::new(size, side).radius);
         kept.set("brush.strength", self.strength);
         kept.set("brush.height", self.height);
         kept.set("brush.symmetry", self.symmetry);

@@ -155,7 +155,7 @@ impl Session {
         let recoverable = (document.is_none() && autosave.is_file()).then_some(autosave);
         let edits = history.undo_count() + history.redo_count();
         Ok(Self {
-            brush: Brush::new(size(bounds), mean_edge(&mesh)),
+            brush: Brush::new(size(bounds), mean_side(&mesh)),
             labels: (1..=edits).map(|number| format!("edit {number}")).collect(),
             message: (!notes.is_empty()).then(|| notes.join("; ")),
             context,
@@ -187,9 +187,9 @@ impl Session {
         self.bounds
     }
 
-    /// The diagonal of that box, above 0, and the mean length of the edges of faces.
+    /// The diagonal of that box, above 0, and the side of a square as large as the mean face.
     pub(crate) fn scale(&self) -> (f64, f64) {
-        (size(self.bounds), mean_edge(&self.mesh))
+        (size(self.bounds), mean_side(&self.mesh))
     }
 
     /// Smallest and largest coordinates of the triangles as they are.
@@ -490,20 +490,18 @@ fn size([low, high]: [DVec3; 2]) -> f64 {
     (high - low).length().max(1e-6)
 }
 
-/// The mean length of the edges of a mesh's faces, above 0.
-fn mean_edge(mesh: &Mesh) -> f64 {
-    let (mut sum, mut count, mut start) = (0.0, 0, 0);
+/// The side of a square as large as the mean face of a mesh, above 0.
+fn mean_side(mesh: &Mesh) -> f64 {
+    let (mut sum, mut start) = (0.0, 0);
     for size in mesh.face_sizes.iter().map(|size| *size as usize) {
         let face = mesh.corners.get(start..start + size).unwrap_or_default();
-        let place = |corner: u32| mesh.points.get(corner as usize).map(|point| glam::Vec3::from(*point).as_dvec3());
-        for (at, corner) in face.iter().enumerate() {
-            if let (Some(from), Some(to)) = (place(*corner), place(face[(at + 1) % size])) {
-                (sum, count) = (sum + from.distance(to), count + 1);
-            }
-        }
+        let place = |corner: &u32| mesh.points.get(*corner as usize).map(|point| glam::Vec3::from(*point).as_dvec3());
+        let places: Vec<DVec3> = face.iter().filter_map(place).collect();
+        let double = |pair: &[DVec3]| (pair[0] - places[0]).cross(pair[1] - places[0]);
+        sum += places.windows(2).skip(1).map(double).sum::<DVec3>().length() / 2.0;
         start += size;
     }
-    (sum / f64::from(count.max(1))).max(1e-9)
+    (sum / mesh.face_sizes.len().max(1) as f64).sqrt().max(1e-9)
 }
 
 /// The box of points.
