@@ -1,50 +1,30 @@
 /* Buffers on a graphics device: they have the tessellation's points and follow it, their Vulkan objects are real, and where
  * there is no device, or it is lost or too small, that is said. With the argument "none", where no driver can be found:
  * what is said then. */
-#include "check.h"
+#include "gpu.h"
 
-#include <dlfcn.h>
-
-/* What of Vulkan is asked, declared by hand: whoever runs this may have no headers of it. */
-typedef struct MemoryRequirements {
-    uint64_t size, alignment;
-    uint32_t types;
-} MemoryRequirements;
-typedef void (*Function)(void);
-typedef Function (*Lookup)(void *object, const char *name);
 typedef void (*GetQueue)(void *device, uint32_t family, uint32_t index, void **queue);
-typedef void (*GetRequirements)(void *device, uint64_t buffer, MemoryRequirements *out);
-
-static void *handle(uint64_t value) {
-    void *pointer = NULL;
-    memcpy(&pointer, &value, sizeof pointer);
-    return pointer;
-}
 
 /* The Vulkan loader knows the objects: the queue is the device's, the buffers are as large as they have to be. */
 static void check_vulkan(RlvBuffer buffer, RlvBufferInfo info) {
     RlvBufferVulkan vulkan = RLV_BUFFER_VULKAN_INIT;
     RlvResult result = rlv_buffer_vulkan(buffer, &vulkan);
-    void *library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
     if (result == RLV_ERROR_UNSUPPORTED) {
         return;
     }
-    CHECK(result == RLV_OK && library != NULL);
-    Lookup of_instance = NULL, of_device = NULL;
-    *(void **)&of_instance = dlsym(library, "vkGetInstanceProcAddr");
-    CHECK(of_instance != NULL);
-    of_device = (Lookup)of_instance(handle(vulkan.instance), "vkGetDeviceProcAddr");
-    CHECK(of_device != NULL);
-    GetQueue get_queue = (GetQueue)of_device(handle(vulkan.device), "vkGetDeviceQueue");
+    CHECK(result == RLV_OK);
+    void *library = NULL;
+    Lookup of_device = check_loader(vulkan.instance, &library);
+    GetQueue get_queue = (GetQueue)of_device(check_handle(vulkan.device), "vkGetDeviceQueue");
     GetRequirements get_requirements =
-        (GetRequirements)of_device(handle(vulkan.device), "vkGetBufferMemoryRequirements");
+        (GetRequirements)of_device(check_handle(vulkan.device), "vkGetBufferMemoryRequirements");
     CHECK(get_queue != NULL && get_requirements != NULL && vulkan.physical_device != 0);
     void *queue = NULL;
     MemoryRequirements points = {0, 0, 0}, triangles = {0, 0, 0};
-    get_queue(handle(vulkan.device), vulkan.queue_family, vulkan.queue_index, &queue);
-    CHECK(queue == handle(vulkan.queue));
-    get_requirements(handle(vulkan.device), vulkan.points, &points);
-    get_requirements(handle(vulkan.device), vulkan.triangles, &triangles);
+    get_queue(check_handle(vulkan.device), vulkan.queue_family, vulkan.queue_index, &queue);
+    CHECK(queue == check_handle(vulkan.queue));
+    get_requirements(check_handle(vulkan.device), vulkan.points, &points);
+    get_requirements(check_handle(vulkan.device), vulkan.triangles, &triangles);
     CHECK(points.size >= 24 * info.point_count && triangles.size >= 12 * info.triangle_count);
     dlclose(library);
 }
@@ -96,10 +76,8 @@ static void sculpt(RlvContext context, RlvDetail detail, double x) {
 int main(int argc, char **argv) {
     RlvContext context = RLV_NULL, serial = RLV_NULL;
     RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
-    RlvAdapterInfo adapters[16];
     RlvBuffer buffer = RLV_NULL, untouched = {77};
     RlvBufferInfo info = RLV_BUFFER_INFO_INIT;
-    size_t count = 0;
     options.threads = 1;
     CHECK_OK(rlv_context_create(&options, &serial));
     RlvDetail detail = make(serial);
@@ -113,18 +91,7 @@ int main(int argc, char **argv) {
     CHECK_OK(rlv_tessellation_release(tessellation));
     CHECK_OK(rlv_detail_release(detail));
     CHECK_OK(rlv_context_release(serial));
-    CHECK_OK(rlv_adapter_list(adapters, 16, &count));
-    if (argc > 1 && strcmp(argv[1], "none") == 0) {
-        CHECK(count == 0);
-        return 0;
-    }
-    if (count == 0) {
-        const char *required = getenv("RELIEVO_GPU_TESTS");
-        CHECK(required == NULL || strcmp(required, "required") != 0);
-        return 77; /* what ctest takes for skipped */
-    }
-    options.device = RLV_DEVICE_GPU;
-    options.adapter = adapters[count - 1].name;
+    check_on_gpu(argc, argv, &options);
     CHECK_OK(rlv_context_create(&options, &context));
 
     detail = make(context);

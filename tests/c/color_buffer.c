@@ -1,24 +1,7 @@
 /* Colours on a graphics device: they have the detail's blocks to the bit and follow its commits, mips are means, their Vulkan
  * objects are real, and where there is no device, or it is lost or too small, that is said. With the argument "none", where no
  * driver can be found: what is said then. */
-#include "check.h"
-
-#include <dlfcn.h>
-
-/* What of Vulkan is asked, declared by hand: whoever runs this may have no headers of it. */
-typedef struct MemoryRequirements {
-    uint64_t size, alignment;
-    uint32_t types;
-} MemoryRequirements;
-typedef void (*Function)(void);
-typedef Function (*Lookup)(void *object, const char *name);
-typedef void (*GetRequirements)(void *device, uint64_t buffer, MemoryRequirements *out);
-
-static void *handle(uint64_t value) {
-    void *pointer = NULL;
-    memcpy(&pointer, &value, sizeof pointer);
-    return pointer;
-}
+#include "gpu.h"
 
 /* The Vulkan loader knows the buffers, which are as large as they say together. */
 static void check_vulkan(RlvColorBuffer buffer, RlvColorBufferInfo info) {
@@ -27,21 +10,17 @@ static void check_vulkan(RlvColorBuffer buffer, RlvColorBufferInfo info) {
     if (result == RLV_ERROR_UNSUPPORTED) {
         return;
     }
-    void *library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
-    CHECK(result == RLV_OK && library != NULL);
-    Lookup of_instance = NULL, of_device = NULL;
-    *(void **)&of_instance = dlsym(library, "vkGetInstanceProcAddr");
-    CHECK(of_instance != NULL);
-    of_device = (Lookup)of_instance(handle(vulkan.instance), "vkGetDeviceProcAddr");
-    CHECK(of_device != NULL);
+    CHECK(result == RLV_OK);
+    void *library = NULL;
+    Lookup of_device = check_loader(vulkan.instance, &library);
     GetRequirements get_requirements =
-        (GetRequirements)of_device(handle(vulkan.device), "vkGetBufferMemoryRequirements");
+        (GetRequirements)of_device(check_handle(vulkan.device), "vkGetBufferMemoryRequirements");
     CHECK(get_requirements != NULL && vulkan.physical_device != 0 && vulkan.queue != 0);
     const uint64_t buffers[4] = {vulkan.tiles, vulkan.texels, vulkan.mip_firsts, vulkan.mips};
     uint64_t bytes = 0;
     for (int k = 0; k < 4; ++k) {
         MemoryRequirements needed = {0, 0, 0};
-        get_requirements(handle(vulkan.device), buffers[k], &needed);
+        get_requirements(check_handle(vulkan.device), buffers[k], &needed);
         CHECK(needed.size > 0);
         bytes += needed.size;
     }
@@ -112,10 +91,8 @@ static size_t compare(RlvColorBuffer buffer, RlvDetail detail, RlvColorBufferInf
 int main(int argc, char **argv) {
     RlvContext context = RLV_NULL, serial = RLV_NULL;
     RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
-    RlvAdapterInfo adapters[16];
     RlvColorBuffer buffer = RLV_NULL, untouched = {77};
     RlvColorBufferInfo info = RLV_COLOR_BUFFER_INFO_INIT;
-    size_t count = 0;
     options.threads = 1;
     CHECK_OK(rlv_context_create(&options, &serial));
     RlvDetail detail = make(serial, RLV_COLOR_RGBA8);
@@ -127,18 +104,7 @@ int main(int argc, char **argv) {
     CHECK(untouched.id == 77);
     CHECK_OK(rlv_detail_release(detail));
     CHECK_OK(rlv_context_release(serial));
-    CHECK_OK(rlv_adapter_list(adapters, 16, &count));
-    if (argc > 1 && strcmp(argv[1], "none") == 0) {
-        CHECK(count == 0);
-        return 0;
-    }
-    if (count == 0) {
-        const char *required = getenv("RELIEVO_GPU_TESTS");
-        CHECK(required == NULL || strcmp(required, "required") != 0);
-        return 77; /* what ctest takes for skipped */
-    }
-    options.device = RLV_DEVICE_GPU;
-    options.adapter = adapters[count - 1].name;
+    check_on_gpu(argc, argv, &options);
     CHECK_OK(rlv_context_create(&options, &context));
 
     for (uint32_t format = RLV_COLOR_RGBA8; format <= RLV_COLOR_RGBA16F; ++format) {

@@ -2,6 +2,7 @@
  * objects are real, and where there is no device, or it is lost or too small, that is said. With the argument "none", where no
  * driver can be found: what is said then. */
 #include "bumps.h"
+#include "gpu.h"
 
 enum { SIDE = 25, AGENTS = 40, MOST = 4096 };
 
@@ -175,11 +176,9 @@ static void check_blends(RlvContext context, RlvCrowdModel model, RlvCrowdView v
 int main(int argc, char **argv) {
     RlvContext context = RLV_NULL, serial = RLV_NULL;
     RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
-    RlvAdapterInfo adapters[16];
     RlvCrowd crowd = RLV_NULL;
     RlvDeviceCrowd device = RLV_NULL, untouched = {77};
     RlvCrowdAgent agents[AGENTS];
-    size_t count = 0;
     options.threads = 1;
     CHECK_OK(rlv_context_create(&options, &serial));
     RlvCrowdModel model = make(serial);
@@ -192,18 +191,7 @@ int main(int argc, char **argv) {
     CHECK_OK(rlv_crowd_release(crowd));
     CHECK_OK(rlv_crowd_model_release(model));
     CHECK_OK(rlv_context_release(serial));
-    CHECK_OK(rlv_adapter_list(adapters, 16, &count));
-    if (argc > 1 && strcmp(argv[1], "none") == 0) {
-        CHECK(count == 0);
-        return 0;
-    }
-    if (count == 0) {
-        const char *required = getenv("RELIEVO_GPU_TESTS");
-        CHECK(required == NULL || strcmp(required, "required") != 0);
-        return 77; /* what ctest takes for skipped */
-    }
-    options.device = RLV_DEVICE_GPU;
-    options.adapter = adapters[count - 1].name;
+    check_on_gpu(argc, argv, &options);
     CHECK_OK(rlv_context_create(&options, &context));
     model = make(context);
     CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));

@@ -2,6 +2,7 @@
  * again, with attributes; their Vulkan objects are real, and where there is no device, or it is lost or too small, that is
  * said. With the argument "none", where no driver can be found: what is said then. */
 #include "ball.h"
+#include "gpu.h"
 
 typedef struct Kept {
     RlvLevelBuffers buffers;
@@ -173,10 +174,8 @@ static void check_motions(RlvDeviceLevel device, RlvLevel level, Kept *room) {
 int main(int argc, char **argv) {
     RlvContext context = RLV_NULL, serial = RLV_NULL;
     RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
-    RlvAdapterInfo adapters[16];
     RlvDeviceLevel device = RLV_NULL, other = RLV_NULL, untouched = {77};
     RlvLevel level = RLV_NULL;
-    size_t count = 0;
     options.threads = 1;
     CHECK_OK(rlv_context_create(&options, &serial));
     RlvProgressive whole = make(serial);
@@ -187,18 +186,7 @@ int main(int argc, char **argv) {
     CHECK(untouched.id == 77);
     CHECK_OK(rlv_progressive_release(whole));
     CHECK_OK(rlv_context_release(serial));
-    CHECK_OK(rlv_adapter_list(adapters, 16, &count));
-    if (argc > 1 && strcmp(argv[1], "none") == 0) {
-        CHECK(count == 0);
-        return 0;
-    }
-    if (count == 0) {
-        const char *required = getenv("RELIEVO_GPU_TESTS");
-        CHECK(required == NULL || strcmp(required, "required") != 0);
-        return 77; /* what ctest takes for skipped */
-    }
-    options.device = RLV_DEVICE_GPU;
-    options.adapter = adapters[count - 1].name;
+    check_on_gpu(argc, argv, &options);
     CHECK_OK(rlv_context_create(&options, &context));
     whole = make(context);
     Kept room = make_room(whole);
