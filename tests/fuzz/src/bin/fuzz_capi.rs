@@ -59,109 +59,62 @@ use relievo_particleio::{Channel, Particles, encode_frame};
 /// What an output holds that no call may leave a part of.
 const UNTOUCHED: u64 = 0xfedc_ba98_7654_3210;
 
-/// Handles by noun. What is in one list may be tried as another.
-#[derive(Default)]
-struct Handles {
-    contexts: Vec<u64>,
-    meshes: Vec<u64>,
-    surfaces: Vec<u64>,
-    details: Vec<u64>,
-    colliders: Vec<u64>,
-    casters: Vec<u64>,
-    tessellations: Vec<u64>,
-    brushes: Vec<u64>,
-    strokes: Vec<u64>,
-    documents: Vec<u64>,
-    procedurals: Vec<u64>,
-    beziers: Vec<u64>,
-    jobs: Vec<u64>,
-    progressives: Vec<u64>,
-    levels: Vec<u64>,
-    fluids: Vec<u64>,
-    isosurfaces: Vec<u64>,
-    particles: Vec<u64>,
-    grids: Vec<u64>,
-    decals: Vec<u64>,
-    foams: Vec<u64>,
-    shaders: Vec<u64>,
-    diffuses: Vec<u64>,
-    tissues: Vec<u64>,
-    simulations: Vec<u64>,
-    crowd_models: Vec<u64>,
-    crowds: Vec<u64>,
-    device_crowds: Vec<u64>,
+macro_rules! handles {
+    ($($noun:ident,)*) => {
+        /// Handles by noun. What is in one list may be tried as another.
+        #[derive(Default)]
+        struct Handles {
+            $($noun: Vec<u64>,)*
+        }
+
+        impl Handles {
+            const NOUNS: usize = [$(stringify!($noun)),*].len();
+
+            fn lists(&self) -> [&[u64]; Self::NOUNS] {
+                [$(&self.$noun),*]
+            }
+        }
+    };
+}
+
+handles! {
+    contexts,
+    meshes,
+    surfaces,
+    details,
+    colliders,
+    casters,
+    tessellations,
+    brushes,
+    strokes,
+    documents,
+    procedurals,
+    beziers,
+    jobs,
+    progressives,
+    levels,
+    fluids,
+    isosurfaces,
+    particles,
+    grids,
+    decals,
+    foams,
+    shaders,
+    diffuses,
+    tissues,
+    simulations,
+    crowd_models,
+    crowds,
+    device_crowds,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 28] {
-        let Self {
-            contexts,
-            meshes,
-            surfaces,
-            details,
-            colliders,
-            casters,
-            tessellations,
-            brushes,
-            strokes,
-            documents,
-            procedurals,
-            beziers,
-            jobs,
-            progressives,
-            levels,
-            fluids,
-            isosurfaces,
-            particles,
-            grids,
-            decals,
-            foams,
-            shaders,
-            diffuses,
-            tissues,
-            simulations,
-            crowd_models,
-            crowds,
-            device_crowds,
-        } = self;
-        [
-            contexts,
-            meshes,
-            surfaces,
-            details,
-            colliders,
-            casters,
-            tessellations,
-            brushes,
-            strokes,
-            documents,
-            procedurals,
-            beziers,
-            jobs,
-            progressives,
-            levels,
-            fluids,
-            isosurfaces,
-            particles,
-            grids,
-            decals,
-            foams,
-            shaders,
-            diffuses,
-            tissues,
-            simulations,
-            crowd_models,
-            crowds,
-            device_crowds,
-        ]
-    }
-
     /// A handle of `noun`, mostly one that was given out.
     fn pick(&self, bytes: &mut Unstructured, noun: usize) -> Result<u64> {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=27)?],
+            2 => self.lists()[bytes.int_in_range(0..=Self::NOUNS - 1)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
