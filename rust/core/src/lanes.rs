@@ -4,6 +4,31 @@
 //! A kernel is `#[inline(always)]` and generic in [`Lanes`], and [`dispatch_simd!`](crate::dispatch_simd) compiles it
 //! at each level. Minimum and maximum give the second argument where one is not a number, at every level.
 
+/// The operations on masks that are truth values or have a bit for each lane.
+macro_rules! plain_masks {
+    () => {
+        #[inline(always)]
+        fn both(self, a: Self::M, b: Self::M) -> Self::M {
+            a & b
+        }
+
+        #[inline(always)]
+        fn either(self, a: Self::M, b: Self::M) -> Self::M {
+            a | b
+        }
+
+        #[inline(always)]
+        fn without(self, a: Self::M, b: Self::M) -> Self::M {
+            a & !b
+        }
+
+        #[inline(always)]
+        fn mask(self, value: Self::M) -> u32 {
+            u32::from(value)
+        }
+    };
+}
+
 #[cfg(target_arch = "aarch64")]
 mod neon;
 #[cfg(target_arch = "x86_64")]
@@ -302,25 +327,7 @@ impl Lanes for Baseline {
         if mask { a } else { b }
     }
 
-    #[inline(always)]
-    fn both(self, a: Self::M, b: Self::M) -> Self::M {
-        a & b
-    }
-
-    #[inline(always)]
-    fn either(self, a: Self::M, b: Self::M) -> Self::M {
-        a | b
-    }
-
-    #[inline(always)]
-    fn without(self, a: Self::M, b: Self::M) -> Self::M {
-        a & !b
-    }
-
-    #[inline(always)]
-    fn mask(self, value: Self::M) -> u32 {
-        u32::from(value)
-    }
+    plain_masks!();
 
     #[inline(always)]
     fn gather(self, table: &[u32], index: Self::I) -> Self::I {

@@ -456,25 +456,7 @@ impl Lanes for Avx512 {
         intrinsics!(_mm512_mask_blend_epi32(mask, b, a))
     }
 
-    #[inline(always)]
-    fn both(self, a: Self::M, b: Self::M) -> Self::M {
-        a & b
-    }
-
-    #[inline(always)]
-    fn either(self, a: Self::M, b: Self::M) -> Self::M {
-        a | b
-    }
-
-    #[inline(always)]
-    fn without(self, a: Self::M, b: Self::M) -> Self::M {
-        a & !b
-    }
-
-    #[inline(always)]
-    fn mask(self, value: Self::M) -> u32 {
-        u32::from(value)
-    }
+    plain_masks!();
 
     #[inline(always)]
     fn gather(self, table: &[u32], index: Self::I) -> Self::I {
