@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_document::{Block, Document, Head, Kind, PageStore};
+use relievo_document::{Block, Document, Head, Kind, Layer, PageStore};
 use relievo_surface::TileTopology;
 
 use crate::layers::trace::Trace;
@@ -59,6 +59,30 @@ impl<T: StoredTexel> Field<T> {
     }
 }
 
+/// The number of the layer of `document` that is called `name`, the layer, and what it reads as where it has no block;
+/// `None` if there is no such layer.
+///
+/// # Errors
+/// The layer is of another kind, or what it reads as is not a finite number or, of a displacement, not 0.
+pub(crate) fn layer_of<'a, T: StoredTexel>(
+    document: &'a Document,
+    name: &str,
+) -> Result<Option<(usize, &'a Layer, T)>> {
+    let Some((number, layer)) = document.layers().iter().enumerate().find(|(_, layer)| layer.name() == name) else {
+        return Ok(None);
+    };
+    let bad = |what: &str| Err(Error::invalid(what).at(format!("layer `{name}`")));
+    if layer.kind() != T::KIND {
+        return bad(&format!("it holds {} and not {}", layer.kind().name(), T::KIND.name()));
+    }
+    let blank: T = bytemuck::pod_read_unaligned(layer.blank());
+    let is_displacement = matches!(T::KIND, Kind::Scalar | Kind::Vector);
+    if !T::all_finite(&[blank]) || is_displacement && layer.blank().iter().any(|byte| *byte != 0) {
+        return bad("what has no block cannot read as its default");
+    }
+    Ok(Some((number, layer, blank)))
+}
+
 impl<T: StoredTexel> Channel<T> {
     /// The channel that was stored in `document` as the layer called `name`, which may occupy `budget` bytes; `None` if
     /// there is no such layer.
@@ -88,23 +112,11 @@ impl<T: StoredTexel> Channel<T> {
         budget: u64,
         pages: Option<&Arc<dyn PageStore>>,
     ) -> Result<Option<Self>> {
-        let Some((number, layer)) = document.layers().iter().enumerate().find(|(_, layer)| layer.name() == name) else {
-            return Ok(None);
-        };
+        let Some((number, layer, blank)) = layer_of::<T>(document, name)? else { return Ok(None) };
         let place = || format!("layer `{name}`");
-        if layer.kind() != T::KIND {
-            let what = format!("it holds {} and not {}", layer.kind().name(), T::KIND.name());
-            return Err(Error::invalid(what).at(place()));
-        }
         let mesh = document.topology();
         if mesh.tile_count() as usize != topology.tile_count() || mesh.face_count() != topology.face_count() {
             return Err(Error::invalid("the document was made on another mesh").at(place()));
-        }
-        let blank: T = bytemuck::pod_read_unaligned(layer.blank());
-        if !T::all_finite(&[blank])
-            || matches!(T::KIND, Kind::Scalar | Kind::Vector) && layer.blank().iter().any(|byte| *byte != 0)
-        {
-            return Err(Error::invalid("tiles without a block cannot read as its default").at(place()));
         }
         let face_sizes = (0..).zip(layer.face_sizes().iter().copied()).collect();
         let mut channel = Self::blank(topology, blank, &ChannelOptions { face_sizes, budget, ..Default::default() })?;

@@ -17,7 +17,7 @@ use super::pattern::Pattern;
 use crate::store::blocks::Blocks;
 use crate::store::pages::CowBlocks;
 use crate::store::paging::Paged;
-use crate::store::stored::StoredTexel;
+use crate::store::stored::{StoredTexel, layer_of};
 use crate::texel::Texel;
 
 /// Blocks that are unpacked at a time.
@@ -152,21 +152,9 @@ impl<T: StoredTexel> TriangleChannel<T> {
         budget: u64,
         pages: Option<&Arc<dyn PageStore>>,
     ) -> Result<Option<Self>> {
-        let Some((number, layer)) = document.layers().iter().enumerate().find(|(_, layer)| layer.name() == name) else {
-            return Ok(None);
-        };
+        let Some((number, layer, blank)) = layer_of::<T>(document, name)? else { return Ok(None) };
         let place = |error: Error| error.at(format!("layer `{name}`"));
-        if layer.kind() != T::KIND {
-            let what = format!("it holds {} and not {}", layer.kind().name(), T::KIND.name());
-            return Err(place(Error::invalid(what)));
-        }
         check(&topology, document).map_err(place)?;
-        let blank: T = bytemuck::pod_read_unaligned(layer.blank());
-        if !T::all_finite(&[blank])
-            || matches!(T::KIND, Kind::Scalar | Kind::Vector) && layer.blank().iter().any(|byte| *byte != 0)
-        {
-            return Err(place(Error::invalid("what has no block cannot read as its default")));
-        }
         let segments = layer.face_sizes().first().copied().unwrap_or(0);
         let mut channel = Self::blank(topology, blank, &TriangleOptions { segments, budget }).map_err(place)?;
         channel.page_to(pages.cloned())?;
