@@ -200,9 +200,7 @@ impl Simulator {
         let mut report = Report::default();
         for part in 0..parts {
             let [start, end] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
-            let points = [start, end].map(|share| world.moving_points(context, pair.by, way.time(share)));
-            let [from_points, to_points] = points;
-            let (from_points, to_points) = (from_points?.map(Into::into), to_points?.map(Into::into));
+            let [from_points, to_points] = way.points(context, world, pair.by, [start, end])?;
             let mut ends = [way.at(pair.by, start), way.at(pair.by, end)];
             if let Some(tool) = &pair.tool {
                 let before = press(context, world, &pair, tool, way, start)?;
@@ -230,9 +228,7 @@ impl Simulator {
         let mut report = Report::default();
         for part in 0..parts {
             let [start, end] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
-            let points = [start, end].map(|share| world.moving_points(context, pair.by, way.time(share)));
-            let [from_points, to_points] = points;
-            let (from_points, to_points) = (from_points?.map(Into::into), to_points?.map(Into::into));
+            let [from_points, to_points] = way.points(context, world, pair.by, [start, end])?;
             if animated {
                 world.pose(context, way.time(end))?;
             }
@@ -274,9 +270,7 @@ impl Simulator {
                 // Without a place before, the tool comes straight to where it is pressed, and moves with the surface.
                 ends = [before.unwrap_or(old_target * target.inverse() * after), after];
             }
-            let [from_points, to_points] =
-                [start, end].map(|share| world.moving_points(context, pair.by, way.time(share)));
-            let (from_points, to_points) = (from_points?.map(Into::into), to_points?.map(Into::into));
+            let [from_points, to_points] = way.points(context, world, pair.by, [start, end])?;
             let travel = cage_travel(context, world, pair.into, way, [start, end])?;
             let Some((surface, collider)) = world.surface_and_collider(pair.into, pair.by) else { continue };
             let from = Pose { transform: target * old_target.inverse() * ends[0], points: from_points };
@@ -390,13 +384,12 @@ fn press(
 /// How far the points of an object's mesh or cage go in a part of the way, in world units, its transform aside. No
 /// point of the limit surface goes further.
 fn cage_travel(context: &Context, world: &mut World, object: usize, way: &Way, shares: [f64; 2]) -> Result<f64> {
-    let [before, after] = shares.map(|share| world.moving_points(context, object, way.time(share)));
-    let (Some(before), Some(after)) = (before?, after?) else { return Ok(0.0) };
+    let [Some(before), Some(after)] = way.points(context, world, object, shares)? else { return Ok(0.0) };
     let scale = shares.map(|share| {
         let map = way.at(object, share).matrix3;
         map.to_cols_array().iter().map(|value| value * value).sum::<f64>().sqrt()
     });
-    let ways = before.iter().zip(&after).map(|(a, b)| {
+    let ways = before.iter().zip(&*after).map(|(a, b)| {
         let way: [f64; 3] = std::array::from_fn(|axis| f64::from(b[axis]) - f64::from(a[axis]));
         DVec3::from(way).length()
     });

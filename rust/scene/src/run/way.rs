@@ -1,9 +1,13 @@
 //! The way of the objects of a scene through a frame, and the pairs of them that press.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DMat3, DQuat, DVec3};
+use relievo_core::{Context, Result};
 use relievo_detail::ImprintSettings;
 
 use crate::format::description::ToolEntry;
+use crate::state::world::World;
 
 /// Radians a collider may turn in a part of a frame that is taken as one even motion.
 const EVEN_TURN: f64 = 1.0;
@@ -46,6 +50,21 @@ impl Way<'_> {
     /// The time after a `share` of the way, seconds.
     pub fn time(&self, share: f64) -> f64 {
         self.before + (self.now - self.before) * share
+    }
+
+    /// The points of `object` after two shares of the way, where they move.
+    ///
+    /// # Errors
+    /// A file of the mesh cannot be read.
+    pub fn points(
+        &self,
+        context: &Context,
+        world: &mut World,
+        object: usize,
+        shares: [f64; 2],
+    ) -> Result<[Option<Arc<[[f32; 3]]>>; 2]> {
+        let [from, to] = shares.map(|share| world.moving_points(context, object, self.time(share)));
+        Ok([from?.map(Into::into), to?.map(Into::into)])
     }
 
     /// Where `object` is after a `share` of the way.
