@@ -220,7 +220,7 @@ impl OpenStroke {
         self.smear_on(context, objects, (&reached, run.drain(..)), done)
     }
 
-    /// The objects that a dab on `on` reaches: that one if it is none.
+    /// The objects that a dab on `on` reaches, this one among them.
     fn reached<C: Canvas + ?Sized>(
         &self,
         context: &Context,
@@ -230,9 +230,8 @@ impl OpenStroke {
         if objects.len() == 1 {
             return Reached::from([0]);
         }
-        let meets = |index: &usize| objects[*index].meets(context, dab, &self.starts[*index]);
-        let met: Reached = (0..self.starts.len()).filter(meets).collect();
-        if met.is_empty() { Reached::from([on]) } else { met }
+        let reaches = |index: &usize| *index == on || objects[*index].meets(context, dab, &self.starts[*index]);
+        (0..self.starts.len()).filter(reaches).collect()
     }
 
     /// Makes dabs that smear on the only object that they reach, or one by one on those.
@@ -259,22 +258,20 @@ impl OpenStroke {
             }
             return Ok(());
         };
-        let (mut on, mut dabs) = (context.scratch().list(), context.scratch().list());
+        let mut dabs = context.scratch().list();
         let mut last: [Option<Smudge>; 8] = Default::default();
-        for Put { image, on: put_on, mut dab } in run {
+        for Put { image, mut dab, .. } in run {
             let smudge = match &last[image] {
                 Some(before) => Smudge::after(before),
                 None => Smudge::new(self.carried[image].take()),
             };
             dab.brush = dab.brush.with_smudge(smudge.clone());
             last[image] = Some(smudge);
-            on.push(put_on);
             dabs.push(dab);
         }
         let mut reports = objects[own].dabs(context, &dabs, &self.starts[own], level)?;
-        for (on, report) in on.iter().zip(reports.drain(..)) {
-            done[*on].dabs += 1;
-            done[own].dabs += u64::from(own != *on && report.changed_texels > 0);
+        for report in reports.drain(..) {
+            done[own].dabs += 1;
             done[own].report.merge(&report);
             report.give_back(context);
         }
