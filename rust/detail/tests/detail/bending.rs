@@ -11,25 +11,9 @@ use relievo_detail::{
 use relievo_surface::{Place, Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, ColorTexel, Displacement, Paint, Points, Texel, VectorDisplacement};
 
+use crate::shapes::{centred_plane, cube};
+
 const BLANK: Vec4 = Vec4::new(0.5, 0.5, 0.5, 1.0);
-
-/// A square of n × n unit faces around the origin in z = 0.
-fn plane(n: u32) -> Mesh {
-    let half = 0.5 * n as f32;
-    let points = (0..=n).flat_map(|y| (0..=n).map(move |x| [x as f32 - half, y as f32 - half, 0.0])).collect();
-    let corner = |x: u32, y: u32| y * (n + 1) + x;
-    let corners = (0..n).flat_map(|y| {
-        (0..n).flat_map(move |x| [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)])
-    });
-    Mesh::new(points, vec![4; (n * n) as usize], corners.collect())
-}
-
-/// A cube around the origin, whose corners have valence 3.
-fn cube() -> Mesh {
-    let points = (0..8).map(|i| [0, 1, 2].map(|axis| if i >> axis & 1 == 0 { -1.0 } else { 1.0 })).collect();
-    let corners = vec![0, 4, 6, 2, 1, 3, 7, 5, 0, 1, 5, 4, 2, 6, 7, 3, 0, 2, 3, 1, 4, 5, 7, 6];
-    Mesh::new(points, vec![4; 6], corners)
-}
 
 fn object(context: &Context, mesh: &Mesh, size: u32, transform: DAffine3) -> DisplacedObject {
     with_budget(context, mesh, size, transform, 1 << 30)
@@ -100,7 +84,7 @@ fn a_pinch_contracts_distances_from_its_line_by_its_falloff() {
     let turned = DAffine3::from_rotation_x(0.7)
         * DAffine3::from_scale(DVec3::new(2.0, 1.0, 0.5))
         * DAffine3::from_translation(DVec3::new(0.3, 0.1, 0.2));
-    for (mesh, transform) in [(plane(4), DAffine3::IDENTITY), (cube(), turned)] {
+    for (mesh, transform) in [(centred_plane(4), DAffine3::IDENTITY), (cube(1.0), turned)] {
         for height in [0.05, -0.05] {
             let mut object = object(&context, &mesh, 32, transform);
             let near = object.nearest(&context, transform.transform_point3(DVec3::new(0.1, 0.2, 0.7)), 9.0);
@@ -133,7 +117,7 @@ fn a_pinch_contracts_distances_from_its_line_by_its_falloff() {
 #[test]
 fn dabs_of_a_pinch_at_one_place_never_cross_the_line() {
     let context = Context::serial();
-    let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
+    let mut object = object(&context, &centred_plane(4), 64, DAffine3::IDENTITY);
     let point = |pressure| StrokePoint { time: Some(pressure * 2.0), ..StrokePoint::new(DVec3::ZERO, 1.0) };
     let settings = StrokeSettings { radius: 1.0, rate: 4.0, strength: 0.5, ..Default::default() };
     let stroke = Stroke::new(vec![point(0.0), point(1.0)], settings, Falloff::Linear, sculpt(SculptMode::Pinch, 1.0));
@@ -152,7 +136,7 @@ fn a_stamp_of_vectors_leaves_its_field() {
     let context = Context::serial();
     let field = |x: f32, y: f32| [0.3 * x * y, 0.2 - 0.1 * y, 0.5 * x + 0.25];
     for (angle, mirror, turn) in [(0.0, false, 0.0), (0.5, false, 0.3), (0.0, true, 0.0), (-0.7, true, 1.1)] {
-        let mut object = object(&context, &plane(4), 64, DAffine3::from_rotation_y(0.4));
+        let mut object = object(&context, &centred_plane(4), 64, DAffine3::from_rotation_y(0.4));
         let axes = DMat3::from_rotation_y(0.4) * DMat3::from_rotation_z(turn);
         let half = DVec3::new(1.5, 1.0, 1.0);
         let brush = Brush::new(DVec3::ZERO, axes, half, Falloff::Constant).unwrap();
@@ -189,7 +173,7 @@ fn a_stamp_of_vectors_leaves_its_field() {
 fn repeats_that_are_mirrored_meet_without_a_seam() {
     let settings = StampSettings { repeat: 3.0, alternate: Switch::ON, ..RAW };
     let context = Context::serial();
-    let mut object = object(&context, &plane(4), 128, DAffine3::IDENTITY);
+    let mut object = object(&context, &centred_plane(4), 128, DAffine3::IDENTITY);
     let brush = Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::splat(1.5), Falloff::Constant).unwrap();
     // Upright at its border, so that its mirror image goes on from there.
     let brush =
@@ -214,7 +198,7 @@ fn symmetry_mirrors_pinches_and_stamps() {
     let context = Context::serial();
     let stamp = vectors(64, RAW, |x, y| [0.2 * y, 0.1 + 0.1 * x, 0.2 * (1.0 - x * x)]);
     for mode in [SculptMode::Pinch, SculptMode::Vector] {
-        let mut object = object(&context, &plane(4), 32, DAffine3::IDENTITY);
+        let mut object = object(&context, &centred_plane(4), 32, DAffine3::IDENTITY);
         let settings = StrokeSettings { radius: 0.6, symmetry_x: Switch::ON, ..Default::default() };
         let points = [[0.7, -0.5, 0.0], [0.9, 0.4, 0.0]].map(|p| StrokePoint::new(p.into(), 1.0));
         let mut stroke = Stroke::new(points.to_vec(), settings, Falloff::Smooth, sculpt(mode, 0.5));
@@ -264,7 +248,7 @@ fn borders(context: &Context, object: &DisplacedObject) -> Vec<(Place, [[f32; 3]
 #[test]
 fn seams_are_equal_to_the_bit_after_pinches_and_stamps() {
     let context = Context::serial();
-    let mut object = object(&context, &cube(), 32, DAffine3::IDENTITY);
+    let mut object = object(&context, &cube(1.0), 32, DAffine3::IDENTITY);
     let stamp = vectors(64, RAW, |x, y| [0.1 * y, 0.1 * x, 0.2 * (1.0 - x * x)]);
     for (mode, at) in [(SculptMode::Vector, [0.4, 0.5, 0.6]), (SculptMode::Pinch, [0.0, 0.45, 0.5])] {
         let points = [at, [-0.2, 0.6, 0.4]].map(|p| StrokePoint::new(DVec3::from(p), 1.0));
@@ -290,7 +274,7 @@ fn seams_are_equal_to_the_bit_after_pinches_and_stamps() {
 #[test]
 fn brushes_go_by_the_surface_that_vectors_moved() {
     let context = Context::serial();
-    let mut object = object(&context, &plane(6), 32, DAffine3::IDENTITY);
+    let mut object = object(&context, &centred_plane(6), 32, DAffine3::IDENTITY);
     // The middle goes aside by 1.5 and up by 2.
     let brush = Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::splat(0.8), Falloff::Smooth).unwrap();
     let brush = brush.with_stamp(vectors(8, RAW, |_, _| [0.75, 0.0, 1.0]));
@@ -325,7 +309,7 @@ fn brushes_go_by_the_surface_that_vectors_moved() {
 #[test]
 fn erasing_vectors_gives_all_memory_back_and_smoothing_evens_them() {
     let context = Context::serial();
-    let mut object = object(&context, &cube(), 32, DAffine3::IDENTITY);
+    let mut object = object(&context, &cube(1.0), 32, DAffine3::IDENTITY);
     let bytes = object.vectors().unwrap().bytes();
     let brush = |radius: f64, falloff| {
         Brush::new(DVec3::new(0.0, 0.0, 0.5), DMat3::IDENTITY, DVec3::splat(radius), falloff).unwrap()
@@ -373,7 +357,7 @@ fn strokes_are_the_same_however_they_come_and_on_any_number_of_threads() {
     for mode in [SculptMode::Pinch, SculptMode::Vector, SculptMode::Smooth, SculptMode::Erase] {
         let made = |threads, open: bool| {
             let context = Context::new(&ContextOptions { threads, ..Default::default() }).unwrap();
-            let mut object = object(&context, &plane(4), 32, DAffine3::IDENTITY);
+            let mut object = object(&context, &centred_plane(4), 32, DAffine3::IDENTITY);
             stroke(SculptMode::Vector).apply(&context, &mut object).unwrap();
             let stroke = stroke(mode);
             if open {
@@ -403,7 +387,7 @@ fn strokes_are_the_same_however_they_come_and_on_any_number_of_threads() {
 #[test]
 fn a_coarser_level_bends_over_fine_vectors() {
     let context = Context::serial();
-    let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
+    let mut object = object(&context, &centred_plane(4), 64, DAffine3::IDENTITY);
     let fine = vectors(128, RAW, |x, y| [0.0, 0.0, 0.05 * (20.0 * x).sin() * (20.0 * y).sin()]);
     let brush = |radius| Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::splat(radius), Falloff::Smooth).unwrap();
     let dab = Dab { brush: brush(1.5).with_stamp(fine), action: sculpt(SculptMode::Vector, 1.0), strength: 1.0 };
@@ -426,7 +410,7 @@ fn a_coarser_level_bends_over_fine_vectors() {
 fn a_budget_smaller_than_a_tile_refuses_and_changes_nothing() {
     let context = Context::serial();
     for budget in [0, 100, 4000] {
-        let mut object = with_budget(&context, &plane(4), 64, DAffine3::IDENTITY, budget);
+        let mut object = with_budget(&context, &centred_plane(4), 64, DAffine3::IDENTITY, budget);
         let colour = Action::Paint { mode: PaintMode::Mix, color: [1.0, 0.0, 0.0, 1.0] };
         for action in [colour, sculpt(SculptMode::Draw, 0.2), sculpt(SculptMode::Pinch, 0.2)] {
             let made = Stroke { action, ..stroke(SculptMode::Pinch) };
@@ -449,9 +433,10 @@ fn a_budget_smaller_than_a_tile_refuses_and_changes_nothing() {
 #[test]
 fn objects_without_vectors_say_so() {
     let context = Context::serial();
-    let surface = Surface::new(&context, &plane(2), &SurfaceOptions::default()).unwrap();
+    let surface = Surface::new(&context, &centred_plane(2), &SurfaceOptions::default()).unwrap();
     let none = Displacement::new(surface.topology().clone(), &ChannelOptions::default()).unwrap();
-    let mut object = DisplacedObject::new(&context, surface, &plane(2).points, none, DAffine3::IDENTITY).unwrap();
+    let mut object =
+        DisplacedObject::new(&context, surface, &centred_plane(2).points, none, DAffine3::IDENTITY).unwrap();
     for mode in [SculptMode::Pinch, SculptMode::Vector] {
         let error = stroke(mode).apply(&context, &mut object).unwrap_err().to_string();
         assert!(error.contains("no vector displacement"), "{error}");
@@ -468,7 +453,7 @@ fn objects_without_vectors_say_so() {
 #[test]
 fn imprints_go_by_the_surface_that_vectors_moved() {
     let context = Context::serial();
-    let mut object = object(&context, &plane(6), 32, DAffine3::IDENTITY);
+    let mut object = object(&context, &centred_plane(6), 32, DAffine3::IDENTITY);
     // The middle goes aside by 1.5 and up by 2; a box stands into it there from above, down to 1.8.
     let brush = Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::splat(0.8), Falloff::Smooth).unwrap();
     let brush = brush.with_stamp(vectors(8, RAW, |_, _| [0.75, 0.0, 1.0]));

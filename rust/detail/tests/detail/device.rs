@@ -18,23 +18,54 @@ use relievo_core::parameter::Switch;
 use relievo_core::{Context, ErrorKind, Mesh};
 use relievo_detail::{
     Action, Brush, Dab, DabReport, DisplacedObject, Falloff, PaintMode, SculptMode, Stamp, StampChannel, StampImage,
-    StampSettings, Stroke, StrokePoint, StrokeSettings,
+    StampSettings, Stroke, StrokePoint, StrokeReport, StrokeSettings,
 };
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_testing::{Random, device, grid};
 use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Field, Paint, Rgba16};
+
+/// Modes of sculpting, with their heights.
+const SCULPTING: [(SculptMode, f32); 8] = [
+    (SculptMode::Draw, 0.2),
+    (SculptMode::Smooth, 0.0),
+    (SculptMode::Flatten, 0.0),
+    (SculptMode::Erase, 0.0),
+    (SculptMode::Clay, 0.1),
+    (SculptMode::Scrape, 0.0),
+    (SculptMode::Layer, -0.1),
+    (SculptMode::Inflate, 0.05),
+];
+
+/// Modes of painting, with their colours.
+const PAINTING: [(PaintMode, [f32; 4]); 6] = [
+    (PaintMode::Mix, [0.9, 0.1, 0.05, 1.0]),
+    (PaintMode::Add, [0.2, 0.3, 0.0, 1.0]),
+    (PaintMode::Multiply, [0.5, 1.5, 0.9, 1.0]),
+    (PaintMode::Blur, [0.0; 4]),
+    (PaintMode::Erase, [0.0; 4]),
+    (PaintMode::Smear, [0.0; 4]),
+];
+
+/// Turns, scales and moves an object.
+fn turned() -> DAffine3 {
+    let turn = glam::DQuat::from_rotation_y(0.4);
+    DAffine3::from_scale_rotation_translation(DVec3::splat(1.5), turn, DVec3::new(0.3, -1.0, 2.0))
+}
+
+/// Fails unless strokes with a stamp, on the processor and on a device, changed the same, and what they left is few steps of
+/// half floats and a number of colours apart.
+fn assert_stamped_alike([expected, found]: [&StrokeReport; 2], (apart, colors): (i32, f32), action: Action) {
+    assert!(expected.report.changed_texels > 500, "{expected:?}");
+    assert_eq!((found.dabs, &found.report.changed), (expected.dabs, &expected.report.changed));
+    assert!(apart <= 16 && colors <= 1.0, "{action:?}: {apart} steps, {colors}");
+}
 
 fn object(context: &Context) -> DisplacedObject {
     let mesh = grid(6, true, &[2, 3, 2, 1], false);
     let surface = Surface::new(context, &mesh, &SurfaceOptions::default()).unwrap();
     let options = DisplacementOptions { size: 32, face_sizes: vec![(3, 64), (8, 8)], ..Default::default() };
     let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
-    let turn = DAffine3::from_scale_rotation_translation(
-        DVec3::splat(1.5),
-        glam::DQuat::from_rotation_y(0.4),
-        DVec3::new(0.3, -1.0, 2.0),
-    );
-    DisplacedObject::new(context, surface, &mesh.points, displacement, turn).unwrap()
+    DisplacedObject::new(context, surface, &mesh.points, displacement, turned()).unwrap()
 }
 
 /// Coefficients of two objects: how many differ, and the largest difference in steps of half floats.
@@ -58,19 +89,9 @@ fn difference(a: &DisplacedObject, b: &DisplacedObject) -> (usize, i32) {
 fn dabs_of_a_device_are_those_of_the_processor() {
     let Some(device) = device() else { return };
     let context = Context::serial();
-    let modes = [
-        (SculptMode::Draw, 0.2),
-        (SculptMode::Smooth, 0.0),
-        (SculptMode::Flatten, 0.0),
-        (SculptMode::Erase, 0.0),
-        (SculptMode::Clay, 0.1),
-        (SculptMode::Scrape, 0.0),
-        (SculptMode::Layer, -0.1),
-        (SculptMode::Inflate, 0.05),
-    ];
     let (mut differing, mut changed) = (0, 0);
     for (falloff, _) in Falloff::NAMES {
-        for (mode, height) in modes {
+        for (mode, height) in SCULPTING {
             // Something to begin with, the same for both.
             let (mut here, mut there) = (object(&context), object(&context));
             let place = here.transform().transform_point3(DVec3::new(3.6, 0.4, 0.6));
@@ -295,18 +316,10 @@ fn colours_of_a_device_are_those_of_the_processor() {
         draw(place, DVec3::splat(1.2), SculptMode::Draw).apply(&context, &mut object).unwrap();
         object
     };
-    let modes = [
-        (PaintMode::Mix, [0.9, 0.1, 0.05, 1.0]),
-        (PaintMode::Add, [0.2, 0.3, 0.0, 1.0]),
-        (PaintMode::Multiply, [0.5, 1.5, 0.9, 1.0]),
-        (PaintMode::Blur, [0.0; 4]),
-        (PaintMode::Erase, [0.0; 4]),
-        (PaintMode::Smear, [0.0; 4]),
-    ];
     for half in [false, true] {
         let [mut here, mut there] = [make(half), make(half)];
         there.use_device(Some(&device)).unwrap();
-        for (falloff, (mode, color)) in Falloff::NAMES.into_iter().map(|(falloff, _)| falloff).cycle().zip(modes) {
+        for (falloff, (mode, color)) in Falloff::NAMES.into_iter().map(|(falloff, _)| falloff).cycle().zip(PAINTING) {
             let at = |k: u32| here.transform().transform_point3(DVec3::new(3.2 + 0.2 * f64::from(k), 0.4, 0.6));
             let points = (0..4).map(|k| StrokePoint::new(at(k), 1.0)).collect();
             let settings = StrokeSettings { radius: 0.9, spacing: 0.3, strength: 0.7, ..StrokeSettings::default() };
@@ -411,11 +424,8 @@ fn stamps_of_a_device_are_those_of_the_processor() {
         stroke.stamp = Some(Stamp::new(image.clone(), settings, channel).unwrap());
         let expected = stroke.apply(&context, &mut here).unwrap();
         let found = stroke.apply(&context, &mut there).unwrap();
-        assert!(expected.report.changed_texels > 500, "{expected:?}");
-        assert_eq!((found.dabs, &found.report.changed), (expected.dabs, &expected.report.changed));
-        let (_, apart) = difference(&here, &there);
-        let colors = color_difference(&here, &there);
-        assert!(apart <= 16 && colors <= 1.0, "{action:?}: {apart} steps, {colors}");
+        let apart = (difference(&here, &there).1, color_difference(&here, &there));
+        assert_stamped_alike([&expected, &found], apart, action);
     }
     assert!(there.take_device_fault().is_none());
 }

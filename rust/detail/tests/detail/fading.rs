@@ -58,6 +58,23 @@ trait Subject: LayeredObject {
     fn bytes(&self) -> u64;
 }
 
+/// Writes the methods of a subject that are the same for the channels of both kinds of objects.
+macro_rules! what_is_seen {
+    () => {
+        fn store_seen(&self, context: &Context, document: &mut Document) {
+            self.displacement().field().store(context, document, "displacement").unwrap();
+            match (self.paint(), self.half_paint()) {
+                (Some(paint), _) => paint.field().store(context, document, "colour").unwrap(),
+                (_, paint) => paint.unwrap().field().store(context, document, "colour").unwrap(),
+            }
+        }
+
+        fn bytes(&self) -> u64 {
+            self.displacement().bytes() + self.paint().unwrap().bytes()
+        }
+    };
+}
+
 impl Subject for DisplacedObject {
     fn mesh() -> Mesh {
         grid(4, false, &[2, 2, 1, 2, 0, 2], false)
@@ -112,17 +129,7 @@ impl Subject for DisplacedObject {
         Document::new(mesh, "baseline").unwrap()
     }
 
-    fn store_seen(&self, context: &Context, document: &mut Document) {
-        self.displacement().field().store(context, document, "displacement").unwrap();
-        match (self.paint(), self.half_paint()) {
-            (Some(paint), _) => paint.field().store(context, document, "colour").unwrap(),
-            (_, paint) => paint.unwrap().field().store(context, document, "colour").unwrap(),
-        }
-    }
-
-    fn bytes(&self) -> u64 {
-        self.displacement().bytes() + self.paint().unwrap().bytes()
-    }
+    what_is_seen!();
 }
 
 impl Subject for TriangleObject {
@@ -181,17 +188,7 @@ impl Subject for TriangleObject {
         Document::of_triangles(mesh, "baseline").unwrap()
     }
 
-    fn store_seen(&self, context: &Context, document: &mut Document) {
-        self.displacement().field().store(context, document, "displacement").unwrap();
-        match (self.paint(), self.half_paint()) {
-            (Some(paint), _) => paint.field().store(context, document, "colour").unwrap(),
-            (_, paint) => paint.unwrap().field().store(context, document, "colour").unwrap(),
-        }
-    }
-
-    fn bytes(&self) -> u64 {
-        self.displacement().bytes() + self.paint().unwrap().bytes()
-    }
+    what_is_seen!();
 }
 
 /// Fading as a whole, or in one layer of each kind over others that stay.

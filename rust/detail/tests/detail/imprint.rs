@@ -7,6 +7,8 @@ use relievo_detail::{Collider, Deformable, DisplacedObject, ImprintSettings, Imp
 use relievo_surface::{Place, Surface, SurfaceOptions};
 use relievo_tiles::{Displacement, DisplacementOptions};
 
+use crate::shapes::cube;
+
 fn context(threads: usize) -> Context {
     Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap()
 }
@@ -26,12 +28,6 @@ pub(crate) fn plate(n: u32, bump: f32) -> Mesh {
         }
     }
     Mesh::new(points, vec![4; (n * n) as usize], corners)
-}
-
-fn cube() -> Mesh {
-    let points = (0..8).map(|i| [0, 1, 2].map(|axis| if i >> axis & 1 == 0 { -2.0 } else { 2.0 })).collect();
-    let corners = vec![0, 4, 6, 2, 1, 3, 7, 5, 0, 1, 5, 4, 2, 6, 7, 3, 0, 2, 3, 1, 4, 5, 7, 6];
-    Mesh::new(points, vec![4; 6], corners)
 }
 
 fn object(context: &Context, mesh: &Mesh, size: u32, transform: DAffine3) -> DisplacedObject {
@@ -165,7 +161,7 @@ fn only_what_the_ball_touches_changes_and_threads_do_not_matter() {
 fn dents_go_over_the_corners_of_a_cube() {
     // Extraordinary vertices of valence 3, and tiles whose sides run either way.
     let context = context(1);
-    let mut cube = object(&context, &cube(), 64, DAffine3::IDENTITY);
+    let mut cube = object(&context, &cube(2.0), 64, DAffine3::IDENTITY);
     let corner = cube.surface().sample(Level::best(), Place::corner(0, 0)).unwrap();
     let middle = DVec3::from(corner.p.map(f64::from)) * 1.15;
     let ball = ball(&context, 0.7, DAffine3::from_translation(middle));
@@ -219,7 +215,7 @@ fn share_and_depth_limit_hold_back() {
 
 #[test]
 fn culling_loses_no_coefficient() {
-    for mesh in [plate(8, 0.3), cube()] {
+    for mesh in [plate(8, 0.3), cube(2.0)] {
         let run = |culling| {
             let context = context(1);
             let mut object = object(&context, &mesh, 32, DAffine3::from_rotation_y(0.5));
@@ -282,7 +278,7 @@ fn a_fast_ball_leaves_a_track_and_not_dots() {
 #[test]
 fn two_deformable_objects_share_the_penetration() {
     let context = context(2);
-    let (ground, body) = (plate(8, 0.0), cube());
+    let (ground, body) = (plate(8, 0.0), cube(2.0));
     let mut below = object(&context, &ground, 32, DAffine3::IDENTITY);
     let mut above = object(&context, &body, 32, DAffine3::IDENTITY);
     // The lowest point of the limit surface of the cube, in the middle of the face it looks down with.
@@ -474,15 +470,10 @@ fn a_rim_too_wide_for_memory_is_refused() {
     assert_eq!(plate.displacement().bytes(), 0);
 }
 
-#[test]
-fn every_patch_of_contact_has_a_rim_of_its_own() {
-    let settings = ImprintSettings { rim: 1.0, rim_width: 0.4, repose: 1.4, ..settings() };
+/// Checks that a shallow and a deep patch of contact raise rims of their own, of which `highest` returns the height around
+/// a place where balls are at some places.
+pub(crate) fn check_rims_of_two_patches(highest: impl Fn(&[DVec3], DVec3) -> f32) {
     let (shallow, deep) = (DVec3::new(-2.5, 0.1, 0.9), DVec3::new(2.5, 0.1, 0.7));
-    let highest = |places: &[DVec3], around: DVec3| {
-        let (_, found) = rimmed(1, places, &settings);
-        let near = found.iter().filter(|(_, p, _)| p.truncate().distance(around.truncate()) < 2.0);
-        near.map(|(_, _, value)| *value).fold(0.0, f32::max)
-    };
     let both = [shallow, deep];
     let (low, high) = (highest(&both, shallow), highest(&both, deep));
     assert!(high > 2.0 * low && low > 0.0, "{low} {high}");
@@ -490,6 +481,16 @@ fn every_patch_of_contact_has_a_rim_of_its_own() {
         let alone = highest(&[place], place);
         assert!((alone - together).abs() < 0.1 * alone, "{alone} {together}");
     }
+}
+
+#[test]
+fn every_patch_of_contact_has_a_rim_of_its_own() {
+    let settings = ImprintSettings { rim: 1.0, rim_width: 0.4, repose: 1.4, ..settings() };
+    check_rims_of_two_patches(|places, around| {
+        let (_, found) = rimmed(1, places, &settings);
+        let near = found.iter().filter(|(_, p, _)| p.truncate().distance(around.truncate()) < 2.0);
+        near.map(|(_, _, value)| *value).fold(0.0, f32::max)
+    });
 }
 
 #[test]

@@ -7,21 +7,17 @@ use relievo_detail::{
     Action, Brush, Dab, DisplacedObject, Falloff, History, LayeredObject, PaintMode, Recorded, SculptMode,
 };
 use relievo_document::{Blend, Document, Kind, Settings};
-use relievo_surface::{Place, Surface, SurfaceOptions};
+use relievo_surface::Place;
 use relievo_testing::{Random, grid};
-use relievo_tiles::{ChannelOptions, ColorTexel, Displacement, Field, Paint, Rgba8};
+use relievo_tiles::{ColorTexel, Field, Rgba8};
+
+use crate::shapes::painted;
 
 const LIMIT: u64 = 1 << 30;
 const BASE: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
 
 fn object(context: &Context, mesh: &Mesh, size: u32) -> DisplacedObject {
-    let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
-    let options = ChannelOptions { size, ..ChannelOptions::default() };
-    let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
-    let paint = Paint::of_color(surface.topology().clone(), BASE, &options).unwrap();
-    let mut object = DisplacedObject::new(context, surface, &mesh.points, displacement, DAffine3::IDENTITY).unwrap();
-    object.set_paint(paint).unwrap();
-    object
+    painted(context, mesh, size, BASE, DAffine3::IDENTITY)
 }
 
 fn plane() -> Mesh {

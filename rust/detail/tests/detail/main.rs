@@ -14,6 +14,7 @@ mod openvdb;
 mod paging;
 mod paint;
 mod refit;
+mod shapes;
 mod strokes;
 mod terraces;
 mod traces;

@@ -14,6 +14,8 @@ use relievo_surface::{Surface, SurfaceOptions};
 use relievo_testing::{Random, grid};
 use relievo_tiles::{ChannelOptions, Displacement, Paint, Traces, VectorDisplacement};
 
+use crate::shapes::{redo_both, undo_both};
+
 const LIMIT: u64 = 1 << 30;
 const FACES: u32 = 8;
 /// Bytes of a tile of 8 texels a side: of displacement, and of colour with its mips.
@@ -99,14 +101,8 @@ fn session(path: Option<&Path>, layers: bool, seed: u64) -> Vec<Vec<u8>> {
     let mut paged = 0;
     for step in 0..120 {
         match random.below(6) {
-            0 => {
-                let [a, b] = [history.undo(&context, &mut small), model.undo(&context, &mut large)];
-                assert_eq!(a.unwrap(), b.unwrap());
-            }
-            1 => {
-                let [a, b] = [history.redo(&context, &mut small), model.redo(&context, &mut large)];
-                assert_eq!(a.unwrap(), b.unwrap());
-            }
+            0 => undo_both(&context, [(&mut history, &mut small), (&mut model, &mut large)]),
+            1 => redo_both(&context, [(&mut history, &mut small), (&mut model, &mut large)]),
             _ => {
                 let dab = dab(&mut random);
                 let kind = [Kind::Scalar, Kind::Rgba8][step / 40 % 2];

@@ -8,34 +8,13 @@ use relievo_detail::{
 use relievo_surface::{Grid, Place, Placement, RingClass, Surface, SurfaceOptions};
 use relievo_tiles::{Channel, ChannelOptions, ColorTexel, Displaced, Displacement, Paint, Points, Rgba8, Texel};
 
+use crate::shapes::{cube, painted, plane};
+
 const BLANK: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
 const RED: [f32; 4] = [0.8, 0.05, 0.02, 1.0];
 
-/// A square from 0 to `n` in z = 0, of unit faces.
-fn plane(n: u32) -> Mesh {
-    let points = (0..=n).flat_map(|y| (0..=n).map(move |x| [x as f32, y as f32, 0.0])).collect();
-    let corner = |x: u32, y: u32| y * (n + 1) + x;
-    let corners = (0..n).flat_map(|y| {
-        (0..n).flat_map(move |x| [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)])
-    });
-    Mesh::new(points, vec![4; (n * n) as usize], corners.collect())
-}
-
-/// A cube around the origin, each side `n` × `n` faces; its corners have valence 3.
-fn cube() -> Mesh {
-    let points = (0..8).map(|i| [0, 1, 2].map(|axis| if i >> axis & 1 == 0 { -1.0 } else { 1.0 })).collect();
-    let corners = vec![0, 4, 6, 2, 1, 3, 7, 5, 0, 1, 5, 4, 2, 6, 7, 3, 0, 2, 3, 1, 4, 5, 7, 6];
-    Mesh::new(points, vec![4; 6], corners)
-}
-
 fn object(context: &Context, mesh: &Mesh, size: u32, transform: DAffine3) -> DisplacedObject {
-    let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
-    let options = ChannelOptions { size, ..ChannelOptions::default() };
-    let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
-    let paint = Paint::of_color(surface.topology().clone(), BLANK, &options).unwrap();
-    let mut object = DisplacedObject::new(context, surface, &mesh.points, displacement, transform).unwrap();
-    object.set_paint(paint).unwrap();
-    object
+    painted(context, mesh, size, BLANK, transform)
 }
 
 fn brush(center: DVec3, half: DVec3, falloff: Falloff) -> Brush {
@@ -152,7 +131,7 @@ fn a_dab_changes_every_texel_in_its_box_and_no_other() {
     let transform = DAffine3::from_translation(DVec3::new(3.0, -1.0, 2.0))
         * DAffine3::from_rotation_y(0.7)
         * DAffine3::from_scale(DVec3::new(1.5, 1.0, 0.8));
-    let mut object = object(&context, &cube(), 32, transform);
+    let mut object = object(&context, &cube(1.0), 32, transform);
     // Bumps first, so that boxes must be met by the displaced surface.
     let raise = |object: &mut DisplacedObject, aim: DVec3, height: f32| {
         let center = transform.transform_point3(aim);
@@ -171,7 +150,7 @@ fn a_dab_changes_every_texel_in_its_box_and_no_other() {
         let aim = DVec3::new((1.3 * t).sin(), (2.1 * t).cos(), (0.7 * t).sin()).normalize() * (0.5 + 0.06 * t);
         let center = transform.transform_point3(aim);
         let brush = Brush::new(center, axes, DVec3::new(0.4, 0.25, 0.3), Falloff::Constant).unwrap();
-        let mut fresh = self::object(&context, &cube(), 32, transform);
+        let mut fresh = self::object(&context, &cube(1.0), 32, transform);
         let displacement = blocks(object.displacement());
         for (tile, bytes) in (0..).zip(&displacement) {
             fresh.displacement_mut().write(tile, bytes.as_deref()).unwrap();
@@ -197,8 +176,8 @@ fn a_dab_changes_every_texel_in_its_box_and_no_other() {
 #[test]
 fn colours_meet_at_edges_and_extraordinary_points() {
     let context = Context::serial();
-    let mut object = object(&context, &cube(), 32, DAffine3::IDENTITY);
-    for corner in cube().points {
+    let mut object = object(&context, &cube(1.0), 32, DAffine3::IDENTITY);
+    for corner in cube(1.0).points {
         let center = 0.6 * DVec3::from(corner.map(f64::from));
         let brush = brush(center, DVec3::splat(0.5), Falloff::Smooth);
         Dab { brush, action: paint(PaintMode::Mix), strength: 1.0 }.apply(&context, &mut object).unwrap();
@@ -345,7 +324,7 @@ fn a_stroke_of_layer_is_the_height_by_the_largest_share_of_its_dabs() {
 fn the_nearest_place_is_no_further_than_any_sample() {
     let context = Context::serial();
     let transform = DAffine3::from_rotation_z(0.4) * DAffine3::from_scale(DVec3::new(2.0, 1.0, 1.3));
-    let mut object = object(&context, &cube(), 32, transform);
+    let mut object = object(&context, &cube(1.0), 32, transform);
     let raise = Dab {
         brush: brush(DVec3::new(1.0, 0.4, 0.3), DVec3::splat(0.7), Falloff::Smooth),
         action: sculpt(SculptMode::Draw, 0.2),
@@ -384,7 +363,7 @@ fn spiral(action: Action) -> Stroke {
 fn strokes_do_not_depend_on_the_number_of_threads() {
     let all = |threads: usize| {
         let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
-        let mut object = object(&context, &cube(), 32, DAffine3::IDENTITY);
+        let mut object = object(&context, &cube(1.0), 32, DAffine3::IDENTITY);
         let reports = [sculpt(SculptMode::Draw, 0.05), paint(PaintMode::Mix), sculpt(SculptMode::Smooth, 0.0)]
             .map(|action| spiral(action).apply(&context, &mut object).unwrap());
         assert!(reports.iter().all(|report| report.dabs > 100 && report.missed == 0));
@@ -396,7 +375,7 @@ fn strokes_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn strokes_off_the_mesh_do_nothing_and_hostile_ones_are_refused() {
     let context = Context::serial();
-    let mut object = object(&context, &cube(), 32, DAffine3::IDENTITY);
+    let mut object = object(&context, &cube(1.0), 32, DAffine3::IDENTITY);
     let mut stroke = spiral(paint(PaintMode::Mix));
     stroke.points.iter_mut().for_each(|point| point.position.x += 50.0);
     let done = stroke.apply(&context, &mut object).unwrap();

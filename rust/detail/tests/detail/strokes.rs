@@ -7,30 +7,15 @@ use relievo_detail::{
     Action, Brush, Curve, Dab, DisplacedObject, Falloff, OpenStroke, PaintMode, SculptMode, Stamp, StampChannel,
     StampImage, StampSettings, Stroke, StrokePoint, StrokeSettings,
 };
-use relievo_surface::{Grid, Placement, Surface, SurfaceOptions};
-use relievo_tiles::{ChannelOptions, ColorTexel, Displaced, Displacement, Paint, Points};
+use relievo_surface::{Grid, Placement};
+use relievo_tiles::{ChannelOptions, ColorTexel, Displaced, Displacement, Points};
+
+use crate::shapes::{centred_plane, painted};
 
 const BLANK: Vec4 = Vec4::new(0.5, 0.5, 0.5, 1.0);
 
-/// A square of n × n unit faces around the origin in z = 0.
-fn plane(n: u32) -> Mesh {
-    let half = 0.5 * n as f32;
-    let points = (0..=n).flat_map(|y| (0..=n).map(move |x| [x as f32 - half, y as f32 - half, 0.0])).collect();
-    let corner = |x: u32, y: u32| y * (n + 1) + x;
-    let corners = (0..n).flat_map(|y| {
-        (0..n).flat_map(move |x| [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)])
-    });
-    Mesh::new(points, vec![4; (n * n) as usize], corners.collect())
-}
-
 fn object(context: &Context, mesh: &Mesh, size: u32, transform: DAffine3) -> DisplacedObject {
-    let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
-    let options = ChannelOptions { size, ..ChannelOptions::default() };
-    let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
-    let paint = Paint::of_color(surface.topology().clone(), BLANK, &options).unwrap();
-    let mut object = DisplacedObject::new(context, surface, &mesh.points, displacement, transform).unwrap();
-    object.set_paint(paint).unwrap();
-    object
+    painted(context, mesh, size, BLANK, transform)
 }
 
 /// Tile, index in the block and undisplaced place in object space of every texel.
@@ -82,7 +67,7 @@ fn image() -> Stamp {
 #[test]
 fn a_stamp_paints_its_picture_and_raises_its_heights() {
     let context = Context::serial();
-    let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
+    let mut object = object(&context, &centred_plane(4), 64, DAffine3::IDENTITY);
     let brush = Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::new(1.5, 1.0, 1.0), Falloff::Constant).unwrap();
     let brush = brush.with_stamp(image());
     let paint = Action::Paint { mode: PaintMode::Mix, color: [1.0, 0.5, 1.0, 1.0] };
@@ -112,7 +97,7 @@ fn a_stamp_paints_its_picture_and_raises_its_heights() {
 #[test]
 fn a_fine_stamp_leaves_its_mean_on_coarse_texels() {
     let context = Context::serial();
-    let mut object = object(&context, &plane(2), 8, DAffine3::IDENTITY);
+    let mut object = object(&context, &centred_plane(2), 8, DAffine3::IDENTITY);
     let n = 256;
     let data: Vec<f32> = (0..n * n).map(|k| ((k % n + k / n) % 2) as f32).collect();
     let settings = StampSettings { mid: 0.0, scale: 1.0, ..Default::default() };
@@ -128,7 +113,7 @@ fn a_fine_stamp_leaves_its_mean_on_coarse_texels() {
 #[test]
 fn inflating_a_slope_moves_it_by_the_height_across_itself() {
     let context = Context::serial();
-    let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
+    let mut object = object(&context, &centred_plane(4), 64, DAffine3::IDENTITY);
     // A cone whose slope is 0.4 / 1.6 raised, then inflated.
     let brush = |half: f64, falloff| Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::splat(half), falloff).unwrap();
     let cone = Dab { brush: brush(1.6, Falloff::Linear), action: sculpt(SculptMode::Draw, 0.8), strength: 1.0 };
@@ -153,7 +138,7 @@ fn inflating_a_slope_moves_it_by_the_height_across_itself() {
 fn symmetric_strokes_leave_symmetric_surfaces() {
     let context = Context::serial();
     let transform = DAffine3::from_translation(DVec3::new(5.0, 2.0, 1.0)) * DAffine3::from_rotation_z(0.6);
-    let mut object = object(&context, &plane(6), 32, transform);
+    let mut object = object(&context, &centred_plane(6), 32, transform);
     let settings = StrokeSettings {
         radius: 0.5,
         spacing: 0.5,
@@ -207,7 +192,7 @@ fn jitter_stays_in_its_range_and_follows_the_seed() {
         ..Default::default()
     };
     let run = |seed: u32| {
-        let mut object = object(&context, &plane(8), 32, DAffine3::IDENTITY);
+        let mut object = object(&context, &centred_plane(8), 32, DAffine3::IDENTITY);
         let stroke = line(
             &[[-3.0, 0.0, 0.0], [3.0, 0.0, 0.0]],
             StrokeSettings { seed, ..settings },
@@ -240,7 +225,7 @@ fn jitter_stays_in_its_range_and_follows_the_seed() {
 fn pressure_goes_through_its_curves() {
     let context = Context::serial();
     let settings = StrokeSettings { radius: 0.5, size_pressure: 1.0, strength_pressure: 1.0, ..Default::default() };
-    let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
+    let mut object = object(&context, &centred_plane(4), 64, DAffine3::IDENTITY);
     let mut stroke = line(&[[0.0; 3]], settings, sculpt(SculptMode::Draw, 0.1));
     stroke.points[0].pressure = 0.5;
     stroke.curves.size = Curve::new(vec![[0.0, 0.0], [0.5, 0.8], [1.0, 1.0]]).unwrap();
@@ -256,14 +241,14 @@ fn pressure_goes_through_its_curves() {
 fn a_stroke_over_two_objects_is_made_on_both_where_they_meet() {
     let context = Context::serial();
     let [left, right] = [-2.0, 2.0].map(|x| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)));
-    let mut objects = [object(&context, &plane(4), 32, left), object(&context, &plane(4), 32, right)];
+    let mut objects = [object(&context, &centred_plane(4), 32, left), object(&context, &centred_plane(4), 32, right)];
     let settings = StrokeSettings { radius: 0.5, spacing: 0.5, reach: 1.0, ..Default::default() };
     let stroke = line(&[[-3.0, 0.1, 0.0], [3.0, 0.1, 0.0]], settings, sculpt(SculptMode::Draw, 0.1));
     let [a, b] = &mut objects;
     let done = stroke.apply_all(&context, &mut [a, b]).unwrap();
     assert!(done.iter().all(|done| done.missed == 0) && done[0].dabs + done[1].dabs > 25);
     // As on one sheet of both.
-    let mut whole = object(&context, &plane(8), 32, DAffine3::IDENTITY);
+    let mut whole = object(&context, &centred_plane(8), 32, DAffine3::IDENTITY);
     assert_eq!(stroke.apply(&context, &mut whole).unwrap().dabs, 25);
     let sheet: Vec<_> = texels(&context, &whole);
     let mut seen = 0;
@@ -290,7 +275,7 @@ fn a_stroke_over_two_objects_is_made_on_both_where_they_meet() {
 #[test]
 fn a_stroke_that_is_drawn_bit_by_bit_is_the_whole_stroke() {
     let context = Context::serial();
-    let mesh = plane(4);
+    let mesh = centred_plane(4);
     let points: Vec<StrokePoint> = (0..40)
         .map(|k| {
             // At first the hand rests, later it turns.
@@ -343,7 +328,7 @@ fn a_stroke_that_is_drawn_bit_by_bit_is_the_whole_stroke() {
 #[test]
 fn strokes_that_are_drawn_are_checked_as_they_come() {
     let context = Context::serial();
-    let mesh = plane(2);
+    let mesh = centred_plane(2);
     let mut plate = object(&context, &mesh, 16, DAffine3::IDENTITY);
     let mut other = object(&context, &mesh, 16, DAffine3::IDENTITY);
     let action = Action::Sculpt { mode: SculptMode::Draw, height: 0.1 };
@@ -370,13 +355,13 @@ fn smearing_carries_an_edge_along_and_changes_nothing_that_is_even() {
     let settings = StrokeSettings { radius: 0.4, spacing: 0.25, ..Default::default() };
     let stroke = line(&[[-1.5, 0.05, 0.0], [1.5, 0.05, 0.0]], settings, smear);
     // Nothing painted: nothing changes and nothing is allocated.
-    let mut even = object(&context, &plane(4), 32, DAffine3::IDENTITY);
+    let mut even = object(&context, &centred_plane(4), 32, DAffine3::IDENTITY);
     let done = stroke.apply(&context, &mut even).unwrap();
     assert_eq!((done.report.changed_texels, even.paint().unwrap().bytes()), (0, 0));
     // The left half red: red is drawn over into the right one, less and less, and stays beside the stroke.
     let runs = [1, 2].map(|threads| {
         let context = Context::new(&relievo_core::ContextOptions { threads, memory_limit: 0 }).unwrap();
-        let mut object = object(&context, &plane(4), 32, DAffine3::IDENTITY);
+        let mut object = object(&context, &centred_plane(4), 32, DAffine3::IDENTITY);
         let half = Brush::new(DVec3::new(-2.0, 0.0, 0.0), DMat3::IDENTITY, DVec3::splat(2.0), Falloff::Constant);
         let red = Action::Paint { mode: PaintMode::Mix, color: [1.0, 0.0, 0.0, 1.0] };
         Dab { brush: half.unwrap(), action: red, strength: 1.0 }.apply(&context, &mut object).unwrap();

@@ -8,25 +8,12 @@ use relievo_detail::{
     StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_surface::TriangleSurface;
-use relievo_tiles::triangle::{FaceRates, Node, Pattern, TriangleChannel, TriangleOptions, foot};
-use relievo_tiles::{ColorTexel, Texel};
+use relievo_tiles::ColorTexel;
+use relievo_tiles::triangle::{Node, Pattern, TriangleChannel, TriangleOptions, foot};
+
+use crate::shapes::{centred_triangle_plane, fine_values, value_bytes};
 
 const BLANK: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
-
-/// A square from −n/2 to n/2 in z = 0, of unit squares cut in two.
-fn plane(n: u32) -> Mesh {
-    let half = 0.5 * n as f32;
-    let points = (0..=n).flat_map(|y| (0..=n).map(move |x| [x as f32 - half, y as f32 - half, 0.0])).collect();
-    let corner = |x: u32, y: u32| y * (n + 1) + x;
-    let triangles: Vec<[u32; 3]> = (0..n)
-        .flat_map(|y| (0..n).map(move |x| (x, y)))
-        .flat_map(|(x, y)| {
-            let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
-            [[a, b, c], [a, c, d]]
-        })
-        .collect();
-    Mesh::from_triangles(points, &triangles)
-}
 
 /// An octahedron, whose faces and edges have frames that differ much.
 fn octahedron() -> Mesh {
@@ -62,12 +49,8 @@ struct Moved {
 
 fn moved(context: &Context, object: &mut TriangleObject) -> Vec<Moved> {
     object.renew(context).unwrap();
-    let pattern = object.displacement().field().pattern();
-    let rates = FaceRates { sides: [pattern.segments(); 3], inside: Some(pattern) };
     let displaced = object.displaced().unwrap();
-    let faces = 0..object.surface().topology().face_count() as u32;
-    let knots = faces.flat_map(|face| rates.places().into_iter().map(move |(pattern, node)| (face, pattern, node)));
-    let made = knots.map(|(face, pattern, node)| {
+    let made = fine_values(object).map(|(face, pattern, node)| {
         let place = foot(object.surface(), face, pattern, node).point.as_dvec3();
         let way = displaced.point(face, pattern, node).as_dvec3() - place;
         Moved { knot: (face, pattern, node), place, way }
@@ -82,19 +65,11 @@ fn vectors(n: u32, at: impl Fn(f32, f32) -> [f32; 3]) -> Stamp {
     Stamp::new(StampImage::new(n, n, 3, &data).unwrap(), settings, StampChannel::Red).unwrap()
 }
 
-fn blocks<T: Texel>(channel: &TriangleChannel<T>) -> Vec<u8> {
-    let field = channel.field();
-    let topology = field.topology();
-    let faces = (0..topology.face_count() as u32).map(|face| field.face(face).unwrap_or(&[]));
-    let edges = (0..topology.edge_count() as u32).map(|edge| field.edge(edge).unwrap_or(&[]));
-    faces.chain(edges).chain(field.vertices()).flat_map(bytemuck::cast_slice::<T, u8>).copied().collect()
-}
-
 #[test]
 fn a_pinch_contracts_distances_from_its_line_by_its_falloff() {
     let context = Context::serial();
     let turned = DAffine3::from_rotation_x(0.7) * DAffine3::from_scale(DVec3::new(2.0, 1.0, 0.5));
-    for (mesh, transform) in [(plane(4), DAffine3::IDENTITY), (octahedron(), turned)] {
+    for (mesh, transform) in [(centred_triangle_plane(4), DAffine3::IDENTITY), (octahedron(), turned)] {
         for height in [0.05, -0.05] {
             let mut object = object(&context, &mesh, 16, 1 << 24, transform);
             let found = object.nearest(&context, transform.transform_point3(DVec3::new(0.3, 0.4, 0.5)), 9.0);
@@ -128,9 +103,9 @@ fn a_pinch_contracts_distances_from_its_line_by_its_falloff() {
 fn a_stamp_of_vectors_leaves_its_field_and_eraser_gives_its_memory_back() {
     let context = Context::serial();
     let field = |x: f32, y: f32| [0.3 * x * y, 0.2 - 0.1 * y, 0.5 * x + 0.25];
-    for mesh in [plane(4), octahedron()] {
+    for mesh in [centred_triangle_plane(4), octahedron()] {
         let mut object = object(&context, &mesh, 16, 1 << 24, DAffine3::IDENTITY);
-        let (bytes, before) = (object.vectors().unwrap().bytes(), blocks(object.vectors().unwrap()));
+        let (bytes, before) = (object.vectors().unwrap().bytes(), value_bytes(object.vectors().unwrap()));
         let axes = DMat3::from_rotation_z(0.4);
         let brush = Brush::new(DVec3::new(0.1, 0.2, 0.2), axes, DVec3::new(0.9, 0.8, 1.0), Falloff::Constant).unwrap();
         let brush = brush.with_stamp(vectors(256, field));
@@ -157,7 +132,7 @@ fn a_stamp_of_vectors_leaves_its_field_and_eraser_gives_its_memory_back() {
         let brush = Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::splat(9.0), Falloff::Constant).unwrap();
         let report = object.dab(&context, &Dab { brush, action: sculpt(SculptMode::Erase, 0.0), strength: 1.0 });
         assert!(report.unwrap().freed > 0);
-        assert_eq!((object.vectors().unwrap().bytes(), blocks(object.vectors().unwrap())), (bytes, before));
+        assert_eq!((object.vectors().unwrap().bytes(), value_bytes(object.vectors().unwrap())), (bytes, before));
     }
 }
 
@@ -191,7 +166,7 @@ fn finer_blocks_beside_coarser_vectors_change_nothing_but_what_is_edited() {
 #[test]
 fn brushes_go_by_the_mesh_that_vectors_moved() {
     let context = Context::serial();
-    let mut object = object(&context, &plane(6), 16, 1 << 24, DAffine3::IDENTITY);
+    let mut object = object(&context, &centred_triangle_plane(6), 16, 1 << 24, DAffine3::IDENTITY);
     let brush = Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::splat(0.8), Falloff::Smooth).unwrap();
     let brush = brush.with_stamp(vectors(8, |_, _| [0.75, 0.0, 1.0]));
     object.dab(&context, &Dab { brush, action: sculpt(SculptMode::Vector, 2.0), strength: 1.0 }).unwrap();
@@ -228,7 +203,7 @@ fn strokes_are_symmetric_and_the_same_on_any_number_of_threads() {
     for mode in [SculptMode::Pinch, SculptMode::Vector, SculptMode::Smooth, SculptMode::Erase] {
         let made = |threads| {
             let context = Context::new(&ContextOptions { threads, ..Default::default() }).unwrap();
-            let mut object = object(&context, &plane(4), 16, 1 << 24, DAffine3::IDENTITY);
+            let mut object = object(&context, &centred_triangle_plane(4), 16, 1 << 24, DAffine3::IDENTITY);
             stroke(SculptMode::Vector).apply(&context, &mut object).unwrap();
             let report = stroke(mode).apply(&context, &mut object).unwrap();
             assert!(report.report.changed_texels > 0);
@@ -237,7 +212,7 @@ fn strokes_are_symmetric_and_the_same_on_any_number_of_threads() {
             object.vectors_mut();
             let after: Vec<DVec3> = moved(&context, &mut object).iter().map(|moved| moved.way).collect();
             assert_eq!(before, after, "{mode:?}");
-            blocks(object.vectors().unwrap())
+            value_bytes(object.vectors().unwrap())
         };
         assert_eq!(made(1), made(3), "{mode:?}");
     }
@@ -248,12 +223,12 @@ fn a_budget_smaller_than_a_block_refuses_and_changes_nothing() {
     let context = Context::serial();
     let vertices = 25 * 6;
     for budget in [vertices, vertices + 100] {
-        let mut object = object(&context, &plane(4), 16, budget, DAffine3::IDENTITY);
-        let before = blocks(object.vectors().unwrap());
+        let mut object = object(&context, &centred_triangle_plane(4), 16, budget, DAffine3::IDENTITY);
+        let before = value_bytes(object.vectors().unwrap());
         for mode in [SculptMode::Vector, SculptMode::Pinch] {
             let report = stroke(mode).apply(&context, &mut object).unwrap();
             assert!(report.dabs > 1 && !report.report.refused.is_empty(), "{mode:?}");
-            assert_eq!(blocks(object.vectors().unwrap()), before);
+            assert_eq!(value_bytes(object.vectors().unwrap()), before);
         }
         let colour = Action::Paint { mode: PaintMode::Mix, color: [1.0, 0.0, 0.0, 1.0] };
         for action in [colour, sculpt(SculptMode::Draw, 0.2)] {
@@ -264,7 +239,7 @@ fn a_budget_smaller_than_a_block_refuses_and_changes_nothing() {
             assert!(stroke(mode).apply(&context, &mut object).is_ok());
         }
     }
-    let surface = TriangleSurface::new(&context, &plane(4)).unwrap();
+    let surface = TriangleSurface::new(&context, &centred_triangle_plane(4)).unwrap();
     let few = TriangleOptions { segments: 16, budget: vertices - 1 };
     let error = TriangleChannel::vectors(surface.topology().clone(), &few).unwrap_err().to_string();
     assert!(error.contains("budget"), "{error}");
@@ -273,7 +248,7 @@ fn a_budget_smaller_than_a_block_refuses_and_changes_nothing() {
 #[test]
 fn meshes_without_vectors_say_so() {
     let context = Context::serial();
-    let surface = TriangleSurface::new(&context, &plane(2)).unwrap();
+    let surface = TriangleSurface::new(&context, &centred_triangle_plane(2)).unwrap();
     let none = TriangleChannel::displacement(surface.topology().clone(), &TriangleOptions::default()).unwrap();
     let mut object = TriangleObject::new(&context, surface, none, DAffine3::IDENTITY).unwrap();
     assert!(!object.is_bendable());

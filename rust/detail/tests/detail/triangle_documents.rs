@@ -14,6 +14,8 @@ use relievo_tiles::triangle::{
 };
 use relievo_tiles::{ColorTexel, Rgba8, Rgba16, Trace};
 
+use crate::shapes::{halved, squares, stored_bytes, stored_triangles};
+
 const LIMIT: u64 = 1 << 30;
 const BASE: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
 
@@ -22,13 +24,7 @@ fn sail(n: u32) -> Mesh {
     let mut points: Vec<[f32; 3]> =
         (0..=n).flat_map(|y| (0..=n).map(move |x| [x as f32, y as f32, 0.02 * (x * y) as f32])).collect();
     let corner = |x: u32, y: u32| y * (n + 1) + x;
-    let mut triangles: Vec<[u32; 3]> = (0..n)
-        .flat_map(|y| (0..n).map(move |x| (x, y)))
-        .flat_map(|(x, y)| {
-            let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
-            [[a, b, c], [a, c, d]]
-        })
-        .collect();
+    let mut triangles = halved(&squares(n));
     triangles.push([corner(n / 2, n / 2), corner(n / 2 + 1, n / 2), points.len() as u32]);
     points.push([0.5 * n as f32, 0.5 * n as f32, 1.0]);
     Mesh::from_triangles(points, &triangles)
@@ -43,16 +39,6 @@ fn object(context: &Context, mesh: &Mesh, segments: u32, budget: u64) -> Triangl
     object.set_paint(TriangleChannel::of_color(topology.clone(), BASE, &options).unwrap()).unwrap();
     object.set_vectors(TriangleChannel::vectors(topology, &options).unwrap()).unwrap();
     object
-}
-
-fn stored(context: &Context, mesh: &Mesh, object: &TriangleObject) -> Document {
-    let mut document = Document::of_triangles(mesh, context.level().name()).unwrap();
-    object.store(context, &mut document).unwrap();
-    document
-}
-
-fn bytes(context: &Context, mesh: &Mesh, object: &TriangleObject) -> Vec<u8> {
-    stored(context, mesh, object).to_bytes().unwrap()
 }
 
 /// What is seen, to the bit.
@@ -118,7 +104,7 @@ fn hundreds_of_edits_are_undone_made_again_and_replayed_to_the_bit() {
     let mut object = object(&context, &mesh, 16, vertices + 30 * 800);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("session.relievo");
-    let start = bytes(&context, &mesh, &object);
+    let start = stored_bytes(&context, &mesh, &object);
     let memory = [object.displacement().bytes(), object.paint().unwrap().bytes()];
     let mut random = Random(7);
     let mut history = History::new(20_000);
@@ -130,25 +116,25 @@ fn hundreds_of_edits_are_undone_made_again_and_replayed_to_the_bit() {
         }
     };
     make(&mut object, &mut history, 150);
-    history.save(&path, &stored(&context, &mesh, &object)).unwrap();
+    history.save(&path, &stored_triangles(&context, &mesh, &object)).unwrap();
     make(&mut object, &mut history, 450);
-    let (end, shown) = (bytes(&context, &mesh, &object), seen(&object));
+    let (end, shown) = (stored_bytes(&context, &mesh, &object), seen(&object));
     let count = history.undo_count();
     assert!(count > 400, "{count}");
     while history.undo(&context, &mut object).unwrap().is_some() {}
-    assert!(bytes(&context, &mesh, &object) == start);
+    assert!(stored_bytes(&context, &mesh, &object) == start);
     assert_eq!([object.displacement().bytes(), object.paint().unwrap().bytes()], memory);
     while history.redo(&context, &mut object).unwrap().is_some() {}
-    assert!(bytes(&context, &mesh, &object) == end && seen(&object) == shown);
+    assert!(stored_bytes(&context, &mesh, &object) == end && seen(&object) == shown);
     drop(history);
 
     let (document, mut history) = History::open(&path, LIMIT, 20_000).unwrap();
     document.fit_triangles(&mesh).unwrap();
     let mut object = self::object(&context, &mesh, 16, LIMIT);
     assert!(object.take_up(&context, &document, LIMIT).unwrap().is_empty());
-    assert!(bytes(&context, &mesh, &object) == end && seen(&object) == shown && history.undo_count() == count);
+    assert!(stored_bytes(&context, &mesh, &object) == end && seen(&object) == shown && history.undo_count() == count);
     while history.undo(&context, &mut object).unwrap().is_some() {}
-    assert!(bytes(&context, &mesh, &object) == start);
+    assert!(stored_bytes(&context, &mesh, &object) == start);
     drop(history);
     // Folded into its base it is the same.
     relievo_document::compact(&path, LIMIT, 0).unwrap();
@@ -172,7 +158,7 @@ fn documents_keep_all_kinds_of_values_and_fit_nothing_else() {
     let mut deep = TriangleChannel::<Rgba16>::of_color(topology.clone(), BASE, &options).unwrap();
     deep.apply(&context, Pattern::new(4).unwrap(), &sets).unwrap();
 
-    let mut document = stored(&context, &mesh, &object);
+    let mut document = stored_triangles(&context, &mesh, &object);
     deep.field().store(&context, &mut document, "light").unwrap();
     let kinds: Vec<Kind> = document.layers().iter().map(|layer| layer.kind()).collect();
     assert_eq!(kinds, [Kind::Scalar, Kind::Rgba8, Kind::Trace, Kind::Vector, Kind::Rgba16]);
@@ -212,7 +198,7 @@ fn what_is_damaged_is_named_and_the_rest_opens() {
     let (context, mesh) = (Context::serial(), sail(3));
     let mut object = object(&context, &mesh, 16, LIMIT);
     object.dab(&context, &dab_at(1.2, 1.1, 0.8, draw(0.2))).unwrap();
-    let document = stored(&context, &mesh, &object);
+    let document = stored_triangles(&context, &mesh, &object);
     let bytes = document.to_bytes().unwrap();
     let packed: usize =
         document.layers().iter().flat_map(|layer| layer.blocks()).map(|block| block.packed_bytes()).sum();
@@ -322,11 +308,11 @@ fn colour_layers_blend_and_whatever_is_done_to_layers_is_undone_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("layers.relievo");
     let mut history = History::new(LIMIT);
-    history.save(&path, &stored(&context, &mesh, &object)).unwrap();
+    history.save(&path, &stored_triangles(&context, &mesh, &object)).unwrap();
     let mut random = Random(3);
     let state = |object: &mut TriangleObject| {
         object.states(&context).unwrap();
-        (bytes(&context, &mesh, object), seen(object))
+        (stored_bytes(&context, &mesh, object), seen(object))
     };
     let mut states = vec![state(&mut object)];
     let mut names = 0;

@@ -8,11 +8,13 @@ use relievo_detail::{
     Action, Brush, Collider, Dab, Falloff, History, ImprintSettings, Imprinter, LayeredObject, Moment, PaintMode,
     SculptMode, TriangleObject,
 };
-use relievo_document::{Document, Kind, PageFile, Settings};
+use relievo_document::{Kind, PageFile, Settings};
 use relievo_surface::TriangleSurface;
 use relievo_testing::{Random, grid};
 use relievo_tiles::Trace;
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
+
+use crate::shapes::{redo_both, stored_bytes, stored_triangles, undo_both};
 
 const LIMIT: u64 = 1 << 30;
 const SIDE: u32 = 6;
@@ -37,16 +39,6 @@ fn object(context: &Context, mesh: &Mesh, room: u64) -> TriangleObject {
     object.set_traces(TriangleChannel::blank(topology.clone(), Trace::default(), &traced).unwrap()).unwrap();
     object.set_vectors(TriangleChannel::vectors(topology, &options(6)).unwrap()).unwrap();
     object
-}
-
-fn stored(context: &Context, mesh: &Mesh, object: &TriangleObject) -> Document {
-    let mut document = Document::of_triangles(mesh, context.level().name()).unwrap();
-    object.store(context, &mut document).unwrap();
-    document
-}
-
-fn bytes(context: &Context, mesh: &Mesh, object: &TriangleObject) -> Vec<u8> {
-    stored(context, mesh, object).to_bytes().unwrap()
 }
 
 fn commit(context: &Context, object: &mut TriangleObject) {
@@ -109,18 +101,12 @@ fn session(layers: bool, seed: u64) {
     small.page_to(Some(Arc::new(file.clone()))).unwrap();
     let mut large = object(&context, &mesh, 1 << 20);
     let (mut history, mut model) = (History::new(20_000), History::new(LIMIT));
-    let first = bytes(&context, &mesh, &large);
+    let first = stored_bytes(&context, &mesh, &large);
     let mut seen = [0; 4];
     for step in 0..160 {
         match random.below(6) {
-            0 => {
-                let [a, b] = [history.undo(&context, &mut small), model.undo(&context, &mut large)];
-                assert_eq!(a.unwrap(), b.unwrap());
-            }
-            1 => {
-                let [a, b] = [history.redo(&context, &mut small), model.redo(&context, &mut large)];
-                assert_eq!(a.unwrap(), b.unwrap());
-            }
+            0 => undo_both(&context, [(&mut history, &mut small), (&mut model, &mut large)]),
+            1 => redo_both(&context, [(&mut history, &mut small), (&mut model, &mut large)]),
             _ => {
                 let (dab, state, presses) = (dab(&mut random), random.below(1 << 30) as u64, random.below(3) == 0);
                 let (kind, level) = ([Kind::Scalar, Kind::Rgba8][step / 40 % 2], u32::from(random.below(4) == 0));
@@ -150,24 +136,24 @@ fn session(layers: bool, seed: u64) {
         let others = [small.traces().unwrap().paged(), small.vectors().unwrap().paged()];
         seen.iter_mut().zip(channels.iter().chain(&others)).for_each(|(seen, paged)| *seen += paged.len());
         if step % 8 == 7 {
-            assert!(bytes(&context, &mesh, &small) == bytes(&context, &mesh, &large), "step {step}");
+            assert!(stored_bytes(&context, &mesh, &small) == stored_bytes(&context, &mesh, &large), "step {step}");
             commit(&context, &mut small);
             check_memory(&small);
         }
     }
     assert!(seen.iter().all(|paged| *paged > 20), "{seen:?}");
     // From a document of all that on a small budget.
-    let document = stored(&context, &mesh, &large);
+    let document = stored_triangles(&context, &mesh, &large);
     let mut opened = object(&context, &mesh, 14);
     opened.page_to(Some(Arc::new(PageFile::new(None)))).unwrap();
     let budget = small.vectors().unwrap().budget();
     assert!(opened.take_up(&context, &document, budget).unwrap().is_empty());
-    assert!(paged(&opened) > 0 && bytes(&context, &mesh, &opened) == document.to_bytes().unwrap());
+    assert!(paged(&opened) > 0 && stored_bytes(&context, &mesh, &opened) == document.to_bytes().unwrap());
     // All that was there comes back to memory.
     opened.page_to(None).unwrap();
-    assert!(paged(&opened) == 0 && bytes(&context, &mesh, &opened) == document.to_bytes().unwrap());
+    assert!(paged(&opened) == 0 && stored_bytes(&context, &mesh, &opened) == document.to_bytes().unwrap());
     while history.undo(&context, &mut small).unwrap().is_some() {}
-    assert!(bytes(&context, &mesh, &small) == first);
+    assert!(stored_bytes(&context, &mesh, &small) == first);
     drop((history, small));
     assert_eq!((file.pages(), file.bytes()), (0, 0));
 }

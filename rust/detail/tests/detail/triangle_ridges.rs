@@ -16,7 +16,7 @@ use relievo_testing::Random;
 use relievo_tiles::triangle::{Node, Pattern, Slot, TriangleBlock, TriangleChannel, TriangleField, TriangleOptions};
 use relievo_tiles::{Blocks, Texel};
 
-use super::triangles::plane;
+use crate::shapes::triangle_plane;
 
 const LIMIT: u64 = 1 << 30;
 
@@ -153,7 +153,7 @@ fn beside(field: &TriangleField) -> usize {
 #[test]
 fn what_is_pressed_along_an_edge_reaches_no_further_than_a_segment() {
     let (context, n) = (Context::serial(), 5);
-    let mesh = plane(n);
+    let mesh = triangle_plane(n);
     let mut random = Random(7);
     let plain = ImprintSettings { voxels: 1 << 16, ..Default::default() };
     let smooth = ImprintSettings { smoothing: 0.5, smoothing_passes: 2, ..plain };
@@ -174,7 +174,7 @@ fn what_is_pressed_along_an_edge_reaches_no_further_than_a_segment() {
 #[test]
 fn dabs_at_all_levels_reach_no_further_than_a_segment() {
     let (context, n) = (Context::serial(), 4);
-    let mesh = plane(n);
+    let mesh = triangle_plane(n);
     let mut random = Random(11);
     let mut met = 0;
     for series in 0..60 {
@@ -195,7 +195,7 @@ fn dabs_at_all_levels_reach_no_further_than_a_segment() {
 #[test]
 fn where_the_budget_refuses_a_face_its_edges_and_corners_stay() {
     let (context, n) = (Context::serial(), 4);
-    let mesh = plane(n);
+    let mesh = triangle_plane(n);
     let mut refused = 0;
     for seed in 0..30 {
         let mut random = Random(seed);
@@ -224,7 +224,7 @@ fn where_the_budget_refuses_a_face_its_edges_and_corners_stay() {
 #[test]
 fn blocks_that_faces_have_for_their_edges_go_with_what_is_on_these() {
     let (context, n) = (Context::serial(), 4);
-    let mesh = plane(n);
+    let mesh = triangle_plane(n);
     for seed in 0..20 {
         let mut random = Random(seed);
         let mut object = object(&context, &mesh, LIMIT);
@@ -257,7 +257,7 @@ fn seen(object: &TriangleObject) -> Vec<Vec<u8>> {
 #[test]
 fn histories_layers_and_documents_have_the_blocks_too() {
     let n = 4;
-    let mesh = plane(n);
+    let mesh = triangle_plane(n);
     let run = |threads: usize, layered: bool| {
         let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
         let mut random = Random(23);
@@ -365,7 +365,7 @@ fn earlier(context: &Context, mesh: &Mesh, object: &TriangleObject) -> (Document
 #[test]
 fn documents_of_earlier_builds_get_the_blocks_that_they_lack() {
     let (context, n) = (Context::serial(), 5);
-    let mesh = plane(n);
+    let mesh = triangle_plane(n);
     let (mut random, mut met) = (Random(5), 0);
     let settings = ImprintSettings { voxels: 1 << 16, ..Default::default() };
     for pose in 0..60 {

@@ -8,8 +8,11 @@ use relievo_detail::{
     Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Motion, Pose, Report, TriangleObject,
 };
 use relievo_surface::{Place, Surface, SurfaceOptions, TriangleSurface};
-use relievo_tiles::triangle::{FaceRates, TriangleChannel, TriangleOptions};
+use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
 use relievo_tiles::{Displacement, DisplacementOptions};
+
+use crate::imprint::check_rims_of_two_patches;
+use crate::shapes::{fine_values, octahedral_ball};
 
 fn context(threads: usize) -> Context {
     Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap()
@@ -34,37 +37,11 @@ fn object(context: &Context, mesh: &Mesh, segments: u32, budget: u64) -> Triangl
     TriangleObject::new(context, surface, displacement, DAffine3::IDENTITY).unwrap()
 }
 
-/// An octahedron whose faces are cut in `n` by `n` and brought to the sphere of `radius`.
-fn ball(n: i32, radius: f64) -> Mesh {
-    let (mut points, mut triangles): (Vec<[f32; 3]>, Vec<[u32; 3]>) = (Vec::new(), Vec::new());
-    let mut numbers = std::collections::BTreeMap::new();
-    for sign in 0..8u32 {
-        let side = |axis: u32| if sign >> axis & 1 == 0 { 1 } else { -1 };
-        let mut at = |i: i32, j: i32| {
-            let place = [side(0) * i, side(1) * j, side(2) * (n - i - j)];
-            *numbers.entry(place).or_insert_with(|| {
-                points.push((DVec3::from(place.map(f64::from)).normalize() * radius).as_vec3().to_array());
-                points.len() as u32 - 1
-            })
-        };
-        let mut add = |[a, b, c]: [u32; 3]| {
-            triangles.push(if sign.count_ones() % 2 == 0 { [a, b, c] } else { [a, c, b] });
-        };
-        for (i, j) in (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j))) {
-            add([at(i, j), at(i + 1, j), at(i, j + 1)]);
-            if i + j + 1 < n {
-                add([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
-            }
-        }
-    }
-    Mesh::from_triangles(points, &triangles)
-}
-
 /// Balls of radius 1 at places.
 fn balls(context: &Context, places: &[DVec3]) -> Collider {
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     for place in places {
-        let mesh = ball(24, 1.0);
+        let mesh = octahedral_ball(24, 1.0);
         let first = points.len() as u32;
         points.extend(mesh.points.iter().map(|p| (DVec3::from(p.map(f64::from)) + *place).as_vec3().to_array()));
         triangles.extend(mesh.triangles().iter().map(|corners| corners.map(|point| point + first)));
@@ -74,16 +51,12 @@ fn balls(context: &Context, places: &[DVec3]) -> Collider {
 
 /// Where all values are on the undisplaced mesh, and what they are.
 fn heights(object: &TriangleObject) -> Vec<(Vec3, f32)> {
-    let pattern = object.displacement().field().pattern();
-    let rates = FaceRates { sides: [pattern.segments(); 3], inside: Some(pattern) };
     let displaced = object.displaced().unwrap();
-    let faces = 0..object.surface().topology().face_count() as u32;
-    let all = faces.flat_map(|face| rates.places().into_iter().map(move |(pattern, node)| (face, pattern, node)));
-    all.map(|(face, pattern, node)| {
+    let seen = |(face, pattern, node)| {
         let (foot, height) = displaced.at(face, pattern, node);
         (foot.point, height)
-    })
-    .collect()
+    };
+    fine_values(object).map(seen).collect()
 }
 
 /// The volume that the tessellated mesh encloses.
@@ -266,27 +239,19 @@ fn a_share_of_zero_is_an_imprint_without_a_rim() {
 #[test]
 fn every_patch_of_contact_has_a_rim_of_its_own() {
     let settings = ImprintSettings { rim: 1.0, rim_width: 0.4, repose: 1.4, ..settings() };
-    let (shallow, deep) = (DVec3::new(-2.5, 0.1, 0.9), DVec3::new(2.5, 0.1, 0.7));
-    let highest = |places: &[DVec3], around: DVec3| {
+    check_rims_of_two_patches(|places, around| {
         let found = heights(&rimmed(1, places, &settings).1);
         let near = found.iter().filter(|(p, _)| p.as_dvec3().truncate().distance(around.truncate()) < 2.0);
         near.map(|(_, value)| *value).fold(0.0, f32::max)
-    };
-    let both = [shallow, deep];
-    let (low, high) = (highest(&both, shallow), highest(&both, deep));
-    assert!(high > 2.0 * low && low > 0.0, "{low} {high}");
-    for (place, together) in [(shallow, low), (deep, high)] {
-        let alone = highest(&[place], place);
-        assert!((alone - together).abs() < 0.1 * alone, "{alone} {together}");
-    }
+    });
 }
 
 #[test]
 fn volumes_over_a_closed_mesh_are_those_of_the_tessellation() {
     let context = Context::serial();
-    let before = volume(&context, &mut object(&context, &ball(3, 2.0), 32, 1 << 26));
+    let before = volume(&context, &mut object(&context, &octahedral_ball(3, 2.0), 32, 1 << 26));
     for segments in [16, 32] {
-        let mut pressed = object(&context, &ball(3, 2.0), segments, 1 << 26);
+        let mut pressed = object(&context, &octahedral_ball(3, 2.0), segments, 1 << 26);
         let place = DVec3::new(1.0, 0.7, 0.4).normalize() * 2.75;
         let settings = ImprintSettings { rim: 0.8, rim_width: 0.5, ..settings() };
         let report = press(&context, &mut pressed, &balls(&context, &[place]), &settings);

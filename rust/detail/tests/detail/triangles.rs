@@ -10,25 +10,13 @@ use relievo_detail::{
     Pose, SculptMode, Stroke, StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_surface::TriangleSurface;
-use relievo_tiles::triangle::{FaceRates, Node, Pattern, TriangleChannel, TriangleOptions, TriangleValues};
-use relievo_tiles::{ColorTexel, Rgba8, Texel, Vector};
+use relievo_tiles::triangle::{Node, Pattern, TriangleChannel, TriangleOptions, TriangleValues};
+use relievo_tiles::{ColorTexel, Rgba8, Vector};
+
+use crate::shapes::{fine_values, octahedral_ball, triangle_plane, value_bytes};
 
 const BLANK: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
 const RED: [f32; 4] = [0.8, 0.05, 0.02, 1.0];
-
-/// A square from 0 to `n` in z = 0, of unit squares cut in two.
-pub(crate) fn plane(n: u32) -> Mesh {
-    let points = (0..=n).flat_map(|y| (0..=n).map(move |x| [x as f32, y as f32, 0.0])).collect();
-    let corner = |x: u32, y: u32| y * (n + 1) + x;
-    let triangles: Vec<[u32; 3]> = (0..n)
-        .flat_map(|y| (0..n).map(move |x| (x, y)))
-        .flat_map(|(x, y)| {
-            let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
-            [[a, b, c], [a, c, d]]
-        })
-        .collect();
-    Mesh::from_triangles(points, &triangles)
-}
 
 fn object(context: &Context, mesh: &Mesh, segments: u32, budget: u64, transform: DAffine3) -> TriangleObject {
     let surface = TriangleSurface::new(context, mesh).unwrap();
@@ -41,7 +29,7 @@ fn object(context: &Context, mesh: &Mesh, segments: u32, budget: u64, transform:
 }
 
 fn small(context: &Context) -> TriangleObject {
-    object(context, &plane(6), 16, 1 << 24, DAffine3::IDENTITY)
+    object(context, &triangle_plane(6), 16, 1 << 24, DAffine3::IDENTITY)
 }
 
 fn dab(center: DVec3, half: DVec3, falloff: Falloff, action: Action) -> Dab {
@@ -61,22 +49,6 @@ fn line(points: &[[f64; 3]], settings: StrokeSettings, action: Action) -> Stroke
     Stroke::new(points, settings, Falloff::Smooth, action)
 }
 
-/// All vertices of the finest tessellation.
-fn knots(object: &TriangleObject) -> impl Iterator<Item = (u32, Pattern, Node)> {
-    let pattern = object.displacement().field().pattern();
-    let rates = FaceRates { sides: [pattern.segments(); 3], inside: Some(pattern) };
-    let faces = 0..object.surface().topology().face_count() as u32;
-    faces.flat_map(move |face| rates.places().into_iter().map(move |(pattern, node)| (face, pattern, node)))
-}
-
-fn blocks<T: Texel>(channel: &TriangleChannel<T>) -> Vec<u8> {
-    let field = channel.field();
-    let topology = field.topology();
-    let faces = (0..topology.face_count() as u32).map(|face| field.face(face).unwrap_or(&[]));
-    let edges = (0..topology.edge_count() as u32).map(|edge| field.edge(edge).unwrap_or(&[]));
-    faces.chain(edges).chain(field.vertices()).flat_map(bytemuck::cast_slice::<T, u8>).copied().collect()
-}
-
 #[test]
 fn a_dab_of_draw_has_its_falloff_at_every_vertex_of_the_tessellation() {
     let context = Context::serial();
@@ -87,7 +59,7 @@ fn a_dab_of_draw_has_its_falloff_at_every_vertex_of_the_tessellation() {
         let bytes = object.displacement().bytes();
         let report = object.dab(&context, &dab(center, half, falloff, sculpt(SculptMode::Draw, 0.25))).unwrap();
         let displaced = object.displaced().unwrap();
-        for (face, pattern, node) in knots(&object) {
+        for (face, pattern, node) in fine_values(&object) {
             let (foot, height) = displaced.at(face, pattern, node);
             let expected = 0.25 * falloff.share(((foot.point.as_dvec3() - center) / half).as_vec3().to_array());
             // Where the box ends a constant falloff is either.
@@ -129,7 +101,7 @@ fn colours_are_mixed_at_every_vertex_and_continuous_between() {
     let (center, half) = (DVec3::new(3.1, 2.8, 0.0), DVec3::splat(1.1));
     object.dab(&context, &dab(center, half, Falloff::Linear, paint(PaintMode::Mix))).unwrap();
     let field = object.paint().unwrap().field();
-    for (face, pattern, node) in knots(&object) {
+    for (face, pattern, node) in fine_values(&object) {
         let place = object.displaced().unwrap().point(face, pattern, node).as_dvec3();
         let share = Falloff::Linear.share(((place - center) / half).as_vec3().to_array());
         let expected = Rgba8::of_color(BLANK + (Vec4::from(RED) - BLANK) * share);
@@ -163,7 +135,7 @@ fn a_dab_between_the_vertices_of_faces_takes_no_memory() {
 #[test]
 fn what_the_budget_refuses_stays_as_it_was_without_cracks() {
     let context = Context::serial();
-    let mesh = plane(6);
+    let mesh = triangle_plane(6);
     let vertices = 4 * mesh.points.len() as u64;
     let mut object = object(&context, &mesh, 16, vertices + 6 * 4 * (169 + 45), DAffine3::IDENTITY);
     let big = dab(DVec3::new(3.0, 3.0, 0.0), DVec3::splat(2.0), Falloff::Constant, sculpt(SculptMode::Draw, 0.2));
@@ -195,7 +167,7 @@ fn strokes_are_sums_of_dabs_and_the_same_with_any_number_of_threads() {
             let centers: Vec<DVec3> =
                 stroke.stations().unwrap().iter().map(|station| station.position.with_z(0.0)).collect();
             let displaced = object.displaced().unwrap();
-            for (face, pattern, node) in knots(&object) {
+            for (face, pattern, node) in fine_values(&object) {
                 let (foot, height) = displaced.at(face, pattern, node);
                 let share = |center: &DVec3| {
                     Falloff::Smooth.share(((foot.point.as_dvec3() - *center) / 0.6).as_vec3().to_array())
@@ -211,7 +183,7 @@ fn strokes_are_sums_of_dabs_and_the_same_with_any_number_of_threads() {
         line(&way, settings, sculpt(SculptMode::Inflate, 0.01)).apply(&context, &mut object).unwrap();
         object.renew(&context).unwrap();
         let pieces: Vec<_> = report.report.changed.iter().map(|face| object.piece(*face).unwrap()).collect();
-        results.push((blocks(object.displacement()), blocks(object.paint().unwrap()), report, pieces));
+        results.push((value_bytes(object.displacement()), value_bytes(object.paint().unwrap()), report, pieces));
     }
     assert!(results.windows(2).all(|pair| pair[0] == pair[1]));
 }
@@ -220,14 +192,14 @@ fn strokes_are_sums_of_dabs_and_the_same_with_any_number_of_threads() {
 fn every_mode_does_what_it_says() {
     let context = Context::serial();
     let heights = |object: &TriangleObject| -> Vec<f32> {
-        knots(object)
+        fine_values(object)
             .map(|(face, pattern, node)| object.displacement().field().at(face, pattern, node) as f32)
             .collect()
     };
     let roughness = |object: &TriangleObject| -> f64 {
         let field = object.displacement().field();
         let pattern = field.pattern();
-        let rings = knots(object).filter(|(_, _, node)| node.ring > 0).map(|(face, _, node)| {
+        let rings = fine_values(object).filter(|(_, _, node)| node.ring > 0).map(|(face, _, node)| {
             let ring = pattern.one_ring(node);
             let mean: f64 = ring.nodes().iter().map(|node| field.at(face, pattern, *node)).sum::<f64>() / 6.0;
             (field.at(face, pattern, node) - mean).powi(2)
@@ -267,7 +239,7 @@ fn every_mode_does_what_it_says() {
 fn a_brush_finds_the_displaced_surface_and_its_normal() {
     let context = Context::serial();
     let turn = DAffine3::from_rotation_x(0.4) * DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0));
-    let mut object = object(&context, &plane(6), 32, 1 << 24, turn);
+    let mut object = object(&context, &triangle_plane(6), 32, 1 << 24, turn);
     let at = |p: DVec3| turn.transform_point3(p);
     let brush = Brush::new(at(DVec3::new(3.0, 3.0, 0.0)), turn.matrix3, DVec3::splat(2.5), Falloff::Smooth).unwrap();
     object.dab(&context, &Dab { brush, action: sculpt(SculptMode::Draw, 0.5), strength: 1.0 }).unwrap();
@@ -286,7 +258,7 @@ fn a_brush_finds_the_displaced_surface_and_its_normal() {
 #[test]
 fn meshes_that_are_no_manifold_or_degenerate_can_be_sculpted() {
     let context = Context::serial();
-    let mut mesh = plane(3);
+    let mut mesh = triangle_plane(3);
     let corner = mesh.points.len() as u32;
     // A third face on an edge, one without an area, one folded onto another and wound the other way, an unused point.
     mesh.points.extend([[1.5, 1.0, 1.0], [1.5, 1.0, 0.0], [9.0, 9.0, 9.0]]);
@@ -317,7 +289,7 @@ fn coarser_levels_are_edited_without_losing_what_finer_ones_have() {
     let fine = dab(center, DVec3::new(0.7, 0.7, 100.0), Falloff::Linear, sculpt(SculptMode::Draw, 0.1));
     let heights = |object: &TriangleObject| -> Vec<f32> {
         let displaced = object.displaced().unwrap();
-        knots(object).map(|(face, pattern, node)| displaced.at(face, pattern, node).1).collect()
+        fine_values(object).map(|(face, pattern, node)| displaced.at(face, pattern, node).1).collect()
     };
     let coarse = |level: u32, dabs: &[(u32, &Dab)]| {
         let mut object = small(&context);
@@ -346,7 +318,7 @@ fn coarser_levels_are_edited_without_losing_what_finer_ones_have() {
             assert!((added - alone).abs() < 2e-3, "{added} {alone}");
         }
         // At the coarser vertices it is exact but for rounding, however fine the face is.
-        for (face, fine, node) in knots(&both) {
+        for (face, fine, node) in fine_values(&both) {
             let node = fine.weights(node).map(|weight| weight >> level);
             let Some(node) = pattern.at_weights(node) else { continue };
             let [a, b] = [&both, &alone].map(|object| object.displacement().field().at(face, pattern, node));
@@ -408,7 +380,7 @@ fn a_box_leaves_its_print_and_nothing_beside_it() {
     for threads in [1, 3] {
         let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
         let turn = DAffine3::from_rotation_y(0.7) * DAffine3::from_scale(DVec3::splat(2.0));
-        let mut object = object(&context, &plane(6), 16, 1 << 24, turn);
+        let mut object = object(&context, &triangle_plane(6), 16, 1 << 24, turn);
         let collider = Collider::of_mesh(&context, &solid([2.1, 2.3, -0.2], [4.3, 3.6, 1.0]), turn).unwrap();
         let settings = ImprintSettings { jitter: 0.05, ..Default::default() };
         let report = Imprinter::new().imprint(&context, &mut object, &collider, &settings, Moment::default()).unwrap();
@@ -416,7 +388,7 @@ fn a_box_leaves_its_print_and_nothing_beside_it() {
         let slack = report.voxel_diagonal as f32;
         assert!(slack < 0.1);
         let displaced = object.displaced().unwrap();
-        for (face, pattern, node) in knots(&object) {
+        for (face, pattern, node) in fine_values(&object) {
             let (foot, height) = displaced.at(face, pattern, node);
             let [x, y, _] = foot.point.to_array();
             let inside = (x - 2.1).min(4.3 - x).min(y - 2.3).min(3.6 - y);
@@ -431,42 +403,15 @@ fn a_box_leaves_its_print_and_nothing_beside_it() {
             .imprint(&context, &mut object, &collider, &settings, Moment { frame: 1, ..Default::default() })
             .unwrap();
         assert!(again.changed_coefficients < report.changed_coefficients / 4);
-        results.push((blocks(object.displacement()), report));
+        results.push((value_bytes(object.displacement()), report));
     }
     assert!(results[0] == results[1]);
-}
-
-/// An octahedron whose faces are cut in `n` by `n` and brought to the unit sphere.
-fn ball(n: u32) -> Mesh {
-    let (mut points, mut triangles): (Vec<[f32; 3]>, Vec<[u32; 3]>) = (Vec::new(), Vec::new());
-    let mut numbers = std::collections::BTreeMap::new();
-    for sign in 0..8u32 {
-        let side = |axis: u32| if sign >> axis & 1 == 0 { 1 } else { -1 };
-        let mut at = |i: u32, j: u32| {
-            let place = [side(0) * i as i32, side(1) * j as i32, side(2) * (n - i - j) as i32];
-            *numbers.entry(place).or_insert_with(|| {
-                let point = DVec3::from(place.map(f64::from)).normalize();
-                points.push(point.as_vec3().to_array());
-                points.len() as u32 - 1
-            })
-        };
-        let mut add = |[a, b, c]: [u32; 3]| {
-            triangles.push(if sign.count_ones() % 2 == 0 { [a, b, c] } else { [a, c, b] });
-        };
-        for (i, j) in (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j))) {
-            add([at(i, j), at(i + 1, j), at(i, j + 1)]);
-            if i + j + 1 < n {
-                add([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
-            }
-        }
-    }
-    Mesh::from_triangles(points, &triangles)
 }
 
 #[test]
 fn what_is_pressed_goes_against_the_interpolated_normal() {
     let context = Context::serial();
-    let mut object = object(&context, &ball(3), 32, 1 << 26, DAffine3::IDENTITY);
+    let mut object = object(&context, &octahedral_ball(3, 1.0), 32, 1 << 26, DAffine3::IDENTITY);
     assert!(object.surface().volume() > 0.0);
     let collider = Collider::of_mesh(&context, &solid([0.8, -1.5, -1.5], [2.0, 1.5, 1.5]), DAffine3::IDENTITY).unwrap();
     let settings = ImprintSettings { voxels: 1 << 22, max_displacement: 0.5, ..Default::default() };
@@ -475,7 +420,7 @@ fn what_is_pressed_goes_against_the_interpolated_normal() {
     assert!(slack < 0.02 && report.refused.is_empty(), "{report:?}");
     let displaced = object.displaced().unwrap();
     let (mut pressed, mut bent) = (0, 0);
-    for (face, pattern, node) in knots(&object) {
+    for (face, pattern, node) in fine_values(&object) {
         let (foot, height) = displaced.at(face, pattern, node);
         if foot.point.x < 0.8 - slack {
             assert_eq!(height, 0.0, "{}", foot.point);
@@ -497,7 +442,7 @@ fn what_is_pressed_goes_against_the_interpolated_normal() {
 #[test]
 fn what_travels_leaves_a_track_without_gaps() {
     let context = Context::serial();
-    let mut object = object(&context, &plane(6), 16, 1 << 24, DAffine3::IDENTITY);
+    let mut object = object(&context, &triangle_plane(6), 16, 1 << 24, DAffine3::IDENTITY);
     let start = DAffine3::from_translation(DVec3::new(-2.0, 0.0, 0.0));
     let mut collider = Collider::of_mesh(&context, &solid([2.8, 2.8, -0.1], [3.2, 3.2, 0.5]), start).unwrap();
     let pose = |transform| Pose { transform, points: None };
@@ -508,7 +453,7 @@ fn what_travels_leaves_a_track_without_gaps() {
         Imprinter::new().sweep(&context, &mut object, &mut collider, &motion, &settings, Moment::default()).unwrap();
     assert!(report.sub_steps > 20);
     let displaced = object.displaced().unwrap();
-    for (face, pattern, node) in knots(&object) {
+    for (face, pattern, node) in fine_values(&object) {
         let (foot, height) = displaced.at(face, pattern, node);
         if (foot.point.y - 3.0).abs() < 0.15 && (foot.point.x - 3.0).abs() < 2.0 {
             assert!((height + 0.1).abs() < 0.03, "{} {height}", foot.point);
@@ -559,7 +504,7 @@ fn smoothing_moves_what_is_near_a_dent_toward_the_mean_of_its_neighbours() {
         object
     };
     let (sharp, smooth) = (pressed(0.0, 1), pressed(0.5, 1));
-    assert!(blocks(smooth.displacement()) == blocks(pressed(0.5, 3).displacement()));
+    assert!(value_bytes(smooth.displacement()) == value_bytes(pressed(0.5, 3).displacement()));
     let height = |object: &TriangleObject, (face, pattern, node): (u32, Pattern, Node)| {
         object.displacement().field().at(face, pattern, node) as f32
     };
@@ -569,7 +514,7 @@ fn smoothing_moves_what_is_near_a_dent_toward_the_mean_of_its_neighbours() {
     };
     let (mut moved, mut still) = (0, 0);
     // Those whose second neighbours are in the face too.
-    for knot in knots(&sharp).filter(|(_, _, node)| node.ring > 2) {
+    for knot in fine_values(&sharp).filter(|(_, _, node)| node.ring > 2) {
         let [old, new] = [&sharp, &smooth].map(|object| height(object, knot));
         let rings: Vec<_> = near(knot).into_iter().flat_map(|knot| near(knot).into_iter().chain([knot])).collect();
         let reached = rings.iter().any(|knot| height(&sharp, *knot) != 0.0);

@@ -8,6 +8,7 @@ use relievo_detail::{
     Sweep,
 };
 use relievo_document::Document;
+use relievo_gpu::Device;
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_testing::{device, grid};
 use relievo_tiles::{Displacement, DisplacementOptions, Field, Traces};
@@ -117,6 +118,68 @@ fn press(
     report
 }
 
+/// Makes a ball and its motion from one place to another.
+pub(crate) fn moved_ball(context: &Context, ends: [DAffine3; 2]) -> (Collider, Motion) {
+    let collider = ball(context, 0.7);
+    let [from, to] = ends.map(Pose::rigid);
+    let motion = Motion::new(&collider, from, to).unwrap();
+    (collider, motion)
+}
+
+/// Moves a ball over an object, from its first place to the one of a step, and returns what it did.
+fn sweep(context: &Context, object: &mut DisplacedObject, step: u32, settings: &ImprintSettings) -> Report {
+    let (mut ball, motion) = moved_ball(context, [0, step].map(|step| place(object, step)));
+    Imprinter::new().sweep(context, object, &mut ball, &motion, settings, Moment::default()).unwrap()
+}
+
+/// Makes two objects with so many bytes for displacement, the second of a device.
+pub(crate) fn limited(context: &Context, device: &Device, bytes: u64) -> [DisplacedObject; 2] {
+    let [mut here, mut there] = [0, 1].map(|_| object(context, 32, DAffine3::IDENTITY));
+    here.displacement_mut().set_budget(bytes);
+    there.displacement_mut().set_budget(bytes);
+    there.use_device(Some(device)).unwrap();
+    [here, there]
+}
+
+/// Checks that a device that has too few bytes for a motion refuses and changes what the processor does.
+pub(crate) fn check_refusals(settings: &ImprintSettings) {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let mut objects = limited(&context, &device, 9_000);
+    let [expected, found] = objects.each_mut().map(|object| sweep(&context, object, 3, settings));
+    assert!(!expected.refused.is_empty() && !expected.changed.is_empty(), "{expected:?}");
+    assert_eq!((&found.refused, &found.changed, found.bytes), (&expected.refused, &expected.changed, expected.bytes));
+    assert_eq!(found.sub_steps, expected.sub_steps);
+    let [here, there] = objects.each_ref().map(|object| object.displacement().field());
+    let (apart, all) = difference(here, there);
+    assert!(apart * 1000 < all, "{apart} of {all}");
+}
+
+/// Stretches a ball, one with a hole at the bottom, which is covered, and the bottom alone, which is a sheet, three times, and
+/// gives them to `press` with the number of the frame.
+pub(crate) fn deform_balls(context: &Context, mut press: impl FnMut(u32, &mut [Collider; 3])) {
+    let ball = ball(context, 0.7);
+    let rest = ball.points().to_vec();
+    let parts = [100..2208, 0..900].map(|range| ball.triangles()[range].to_vec());
+    let [holed, sheet] = parts.map(|part| Collider::new(context, rest.clone(), part, DAffine3::IDENTITY).unwrap());
+    assert!(!holed.is_closed() && !holed.is_sheet() && sheet.is_sheet());
+    let mut colliders = [ball, holed, sheet];
+    for frame in 0..3 {
+        let lift = 0.05 * frame as f32;
+        let stretched: Vec<_> = rest.iter().map(|p| [p[0], p[1] * (1.0 + lift), p[2]]).collect();
+        for collider in &mut colliders {
+            collider.set_points(context, &stretched).unwrap();
+        }
+        press(frame, &mut colliders);
+    }
+}
+
+/// Stretches and shears points, more with every frame.
+pub(crate) fn lifted(points: &[[f32; 3]], frame: u32) -> Vec<[f32; 3]> {
+    let lift = 0.05 * frame as f32;
+    points.iter().map(|p| [p[0], p[1] * (1.0 + lift), p[2] + lift * p[0]]).collect()
+}
+
 pub(crate) fn transforms() -> [DAffine3; 3] {
     let turned = DAffine3::from_rotation_translation(DQuat::from_rotation_y(0.3), DVec3::new(1.0, -2.0, 0.5));
     let stretched = DAffine3::from_scale(DVec3::new(1.0, 1.2, 0.9)) * turned;
@@ -190,25 +253,14 @@ fn animated_surfaces_deforming_colliders_and_open_ones_too() {
     there.use_device(Some(&device)).unwrap();
     for object in [&mut here, &mut there] {
         let mut imprinter = Imprinter::new();
-        let mut collider = ball(&context, 0.7);
-        let rest = collider.points().to_vec();
-        // With a hole at the bottom, which is covered, and the bottom alone, which is a sheet.
-        let [open, bottom] = [100..2208, 0..900].map(|range| collider.triangles()[range].to_vec());
-        let mut holed = Collider::new(&context, rest.clone(), open, DAffine3::IDENTITY).unwrap();
-        let mut sheet = Collider::new(&context, rest.clone(), bottom, DAffine3::IDENTITY).unwrap();
-        assert!(!holed.is_closed() && !holed.is_sheet() && sheet.is_sheet());
-        for frame in 0..3 {
-            let lift = 0.05 * frame as f32;
-            let posed: Vec<_> = cage.iter().map(|p| [p[0], p[1] * (1.0 + lift), p[2] + lift * p[0]]).collect();
-            object.pose(&context, &posed).unwrap();
-            let stretched: Vec<_> = rest.iter().map(|p| [p[0], p[1] * (1.0 + lift), p[2]]).collect();
-            for collider in [&mut collider, &mut holed, &mut sheet] {
-                collider.set_points(&context, &stretched).unwrap();
+        deform_balls(&context, |frame, colliders| {
+            object.pose(&context, &lifted(&cage, frame)).unwrap();
+            for collider in colliders {
                 collider.set_transform(place(object, frame)).unwrap();
                 let moment = Moment { frame: u64::from(frame), ..Moment::default() };
                 imprinter.imprint(&context, object, collider, &settings(), moment).unwrap();
             }
-        }
+        });
     }
     assert!(there.take_device_fault().is_none());
     let (apart, all) = difference(here.displacement().field(), there.displacement().field());
@@ -287,13 +339,7 @@ fn sweeps_of_a_device_are_those_of_the_processor() {
     for settings in [settings(), limited] {
         let [mut here, mut there] = [0, 1].map(|_| object(&context, 32, transforms()[1]));
         there.use_device(Some(&device)).unwrap();
-        let sweep = |object: &mut DisplacedObject| {
-            let mut collider = ball(&context, 0.7);
-            let [from, to] = [0, 4].map(|step| Pose::rigid(place(object, step)));
-            let motion = Motion::new(&collider, from, to).unwrap();
-            Imprinter::new().sweep(&context, object, &mut collider, &motion, &settings, Moment::default()).unwrap()
-        };
-        let (expected, found) = (sweep(&mut here), sweep(&mut there));
+        let [expected, found] = [&mut here, &mut there].map(|object| sweep(&context, object, 4, &settings));
         assert!(there.take_device_fault().is_none() && expected.sub_steps > 4, "{expected:?}");
         assert_eq!((found.sub_steps, &found.changed), (expected.sub_steps, &expected.changed));
         assert_eq!((found.allocated, found.bytes), (expected.allocated, expected.bytes));
@@ -419,27 +465,7 @@ fn motions_of_a_frame_are_one_submission() {
 
 #[test]
 fn what_a_budget_refuses_is_not_there_for_those_that_follow() {
-    let Some(device) = device() else { return };
-    let context = Context::serial();
-    let make = || {
-        let mut object = object(&context, 32, DAffine3::IDENTITY);
-        object.displacement_mut().set_budget(9_000);
-        object
-    };
-    let [mut here, mut there] = [make(), make()];
-    there.use_device(Some(&device)).unwrap();
-    let sweep = |object: &mut DisplacedObject| {
-        let mut collider = ball(&context, 0.7);
-        let [from, to] = [0, 3].map(|step| Pose::rigid(place(object, step)));
-        let motion = Motion::new(&collider, from, to).unwrap();
-        Imprinter::new().sweep(&context, object, &mut collider, &motion, &settings(), Moment::default()).unwrap()
-    };
-    let (expected, found) = (sweep(&mut here), sweep(&mut there));
-    assert!(!expected.refused.is_empty() && !expected.changed.is_empty(), "{expected:?}");
-    assert_eq!((&found.refused, &found.changed, found.bytes), (&expected.refused, &expected.changed, expected.bytes));
-    assert_eq!(found.sub_steps, expected.sub_steps);
-    let (apart, all) = difference(here.displacement().field(), there.displacement().field());
-    assert!(apart * 1000 < all, "{apart} of {all}");
+    check_refusals(&settings());
 }
 
 #[test]

@@ -5,7 +5,7 @@ use relievo_core::{Context, ContextOptions};
 use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Press, Report};
 use relievo_testing::device;
 
-use crate::device::imprints::{assert_alike, ball, difference, object, object_of, plate, settings, transforms};
+use crate::device::imprints::{assert_alike, ball, difference, limited, object_of, plate, settings, transforms};
 
 fn rimmed() -> ImprintSettings {
     ImprintSettings { rim: 0.6, rim_width: 0.3, repose: 0.9, ..settings() }
@@ -164,13 +164,7 @@ fn rims_that_have_no_room_at_first_are_raised_again_with_more() {
 fn rims_that_a_budget_refuses_are_counted_in_none() {
     let Some(device) = device() else { return };
     let context = Context::serial();
-    let make = || {
-        let mut object = object(&context, 32, DAffine3::IDENTITY);
-        object.displacement_mut().set_budget(12_000);
-        object
-    };
-    let [mut here, mut there] = [make(), make()];
-    there.use_device(Some(&device)).unwrap();
+    let [mut here, mut there] = limited(&context, &device, 12_000);
     let settings = rimmed();
     let colliders = [0.0, 0.6, 1.2].map(|x| balls_on(&context, &here, &[DVec3::new(1.8 + x, 2.6, 0.6)]));
     let press = |object: &mut DisplacedObject| {

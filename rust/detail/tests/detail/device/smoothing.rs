@@ -2,12 +2,12 @@
 
 use glam::DAffine3;
 use relievo_core::Context;
-use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Motion, Pose, Press, Report};
+use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Press, Report};
 use relievo_gpu::Device;
 use relievo_testing::device;
 use relievo_tiles::Traces;
 
-use super::imprints::{assert_alike, ball, bits, difference, object, place, settings, transforms};
+use super::imprints::{assert_alike, ball, bits, check_refusals, object, place, settings, transforms};
 
 /// Sheets with faces of all kinds and sizes, with traces.
 fn sheets<const N: usize>(context: &Context, device: Option<&Device>) -> [DisplacedObject; N] {
@@ -105,26 +105,5 @@ fn what_has_no_room_to_be_smoothed_is_done_again_with_more() {
 
 #[test]
 fn what_a_budget_refuses_is_not_smoothed_for_those_that_follow() {
-    let Some(device) = device() else { return };
-    let context = Context::serial();
-    let make = || {
-        let mut object = object(&context, 32, DAffine3::IDENTITY);
-        object.displacement_mut().set_budget(9_000);
-        object
-    };
-    let [mut here, mut there] = [make(), make()];
-    there.use_device(Some(&device)).unwrap();
-    let settings = ImprintSettings { smoothing: 0.5, ..settings() };
-    let sweep = |object: &mut DisplacedObject| {
-        let mut collider = ball(&context, 0.7);
-        let [from, to] = [0, 3].map(|step| Pose::rigid(place(object, step)));
-        let motion = Motion::new(&collider, from, to).unwrap();
-        Imprinter::new().sweep(&context, object, &mut collider, &motion, &settings, Moment::default()).unwrap()
-    };
-    let (expected, found) = (sweep(&mut here), sweep(&mut there));
-    assert!(!expected.refused.is_empty() && !expected.changed.is_empty(), "{expected:?}");
-    assert_eq!((&found.refused, &found.changed, found.bytes), (&expected.refused, &expected.changed, expected.bytes));
-    assert_eq!(found.sub_steps, expected.sub_steps);
-    let (apart, all) = difference(here.displacement().field(), there.displacement().field());
-    assert!(apart * 1000 < all, "{apart} of {all}");
+    check_refusals(&ImprintSettings { smoothing: 0.5, ..settings() });
 }

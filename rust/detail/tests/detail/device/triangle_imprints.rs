@@ -10,19 +10,9 @@ use relievo_detail::{
 use relievo_testing::device;
 use relievo_tiles::triangle::TriangleChannel;
 
-use crate::device::imprints::{self, ball};
+use crate::device::imprints::{self, ball, deform_balls, lifted, moved_ball, order, settings};
 use crate::device::triangle_vectors::bent;
 use crate::device::triangles::{object, pairs, stroke};
-
-fn settings() -> ImprintSettings {
-    ImprintSettings { voxels: 1 << 18, max_displacement: 0.6, ..ImprintSettings::default() }
-}
-
-/// Half floats in order, so that neighbours are one apart.
-fn order(half: f16) -> i32 {
-    let bits = i32::from(half.to_bits());
-    if bits & 0x8000 == 0 { bits } else { 0x8000 - bits }
-}
 
 /// Values that are more than one half float apart, and values that are displaced. What is allocated is the same.
 fn difference(a: &TriangleObject, b: &TriangleObject) -> (usize, usize) {
@@ -118,25 +108,14 @@ fn posed_meshes_deforming_colliders_and_open_ones_too() {
     let points = here.surface().points().to_vec();
     for object in [&mut here, &mut there] {
         let mut imprinter = Imprinter::new();
-        let mut collider = ball(&context, 0.7);
-        let rest = collider.points().to_vec();
-        // With a hole at the bottom, which is covered, and the bottom alone, which is a sheet.
-        let [open, bottom] = [100..2208, 0..900].map(|range| collider.triangles()[range].to_vec());
-        let mut holed = Collider::new(&context, rest.clone(), open, DAffine3::IDENTITY).unwrap();
-        let mut sheet = Collider::new(&context, rest.clone(), bottom, DAffine3::IDENTITY).unwrap();
-        assert!(!holed.is_closed() && !holed.is_sheet() && sheet.is_sheet());
-        for frame in 0..3 {
-            let lift = 0.05 * frame as f32;
-            let posed: Vec<_> = points.iter().map(|p| [p[0], p[1] * (1.0 + lift), p[2] + lift * p[0]]).collect();
-            object.pose(&context, &posed).unwrap();
-            let stretched: Vec<_> = rest.iter().map(|p| [p[0], p[1] * (1.0 + lift), p[2]]).collect();
-            for collider in [&mut collider, &mut holed, &mut sheet] {
-                collider.set_points(&context, &stretched).unwrap();
+        deform_balls(&context, |frame, colliders| {
+            object.pose(&context, &lifted(&points, frame)).unwrap();
+            for collider in colliders {
                 collider.set_transform(place(object, frame)).unwrap();
                 let moment = Moment { frame: u64::from(frame), ..Moment::default() };
                 imprinter.imprint(&context, object, collider, &settings(), moment).unwrap();
             }
-        }
+        });
     }
     assert!(there.take_device_fault().is_none());
     let (apart, moved) = difference(&here, &there);
@@ -183,16 +162,9 @@ fn sweeps_of_a_device_over_triangles_are_those_of_the_processor() {
             let traces = TriangleChannel::of(object.displacement().field(), 1 << 30).unwrap();
             object.set_traces(traces).unwrap();
         }
-        let sweep = |object: &mut TriangleObject| {
-            let mut collider = ball(&context, 0.7);
-            let [from, to] = [0, 4].map(|step| Pose::rigid(place(object, step)));
-            let motion = Motion::new(&collider, from, to).unwrap();
-            let moment = Moment::default();
-            Imprinter::new().sweep(&context, object, &mut collider, &motion, &settings, moment).unwrap()
-        };
-        let expected = sweep(&mut here);
+        let expected = sweep(&context, &mut here, &settings);
         context.stats().take();
-        let found = sweep(&mut there);
+        let found = sweep(&context, &mut there, &settings);
         assert!(there.take_device_fault().is_none() && expected.sub_steps > 4, "{expected:?}");
         assert_eq!(found.sub_steps, expected.sub_steps);
         // Each starts from what those before it left, also inside triangles that have no block.
@@ -207,6 +179,12 @@ fn sweeps_of_a_device_over_triangles_are_those_of_the_processor() {
         (apart, moved) = (apart + differ, moved + count);
     }
     assert!(moved > 800 && apart * 10_000 < moved, "{apart} of {moved}");
+}
+
+/// Moves a ball over a mesh and returns what it did.
+fn sweep(context: &Context, object: &mut TriangleObject, settings: &ImprintSettings) -> Report {
+    let (mut ball, motion) = moved_ball(context, [0, 4].map(|step| place(object, step)));
+    Imprinter::new().sweep(context, object, &mut ball, &motion, settings, Moment::default()).unwrap()
 }
 
 /// Moves three balls over two meshes, of which the last one has a depth limit, in a row or one after another. Returns what
@@ -295,16 +273,9 @@ fn what_rises_and_what_is_smoothed_is_there_for_those_that_follow_in_the_submiss
         let make = || if bends { bent(&context) } else { object(&context, segments) };
         let [mut here, mut there] = [make(), make()];
         there.use_device(Some(&device)).unwrap();
-        let sweep = |object: &mut TriangleObject| {
-            let mut collider = ball(&context, 0.7);
-            let [from, to] = [0, 4].map(|step| Pose::rigid(place(object, step)));
-            let motion = Motion::new(&collider, from, to).unwrap();
-            let moment = Moment::default();
-            Imprinter::new().sweep(&context, object, &mut collider, &motion, &settings, moment).unwrap()
-        };
-        let expected = sweep(&mut here);
+        let expected = sweep(&context, &mut here, &settings);
         context.stats().take();
-        let found = sweep(&mut there);
+        let found = sweep(&context, &mut there, &settings);
         let submitted = context.stats().take().iter().filter(|event| event.stage == "imprint.device.submit").count();
         println!("{submitted} submissions of {} imprints", found.sub_steps);
         assert!(there.take_device_fault().is_none() && found.sub_steps == expected.sub_steps);
