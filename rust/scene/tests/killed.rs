@@ -16,16 +16,16 @@ use relievo_scene::file::{parse, read_file};
 use relievo_scene::stepper::{RunOptions, run};
 use relievo_scene::world::World;
 
+#[macro_use]
+#[path = "scene/texts.rs"]
+mod texts;
+
 const LIMIT: u64 = 1 << 30;
 const STROKES: usize = 12;
-const SCENE: &str = r##"version = 1
-[meshes.ground]
-shape = "plane"
-size = [4, 4, 1]
-faces = 4
-[surfaces.ground]
-mesh = "ground"
-[details]
+const SCENE: &str = concat!(
+    "version = 1\n",
+    ground!("4", "4"),
+    r##"[details]
 tile_size = 32
 paint_size = 32
 [objects.ground]
@@ -38,7 +38,8 @@ width = 128
 height = 96
 frames = 1
 mesh = "none"
-"##;
+"##,
+);
 
 fn stroke(number: usize) -> Stroke {
     let y = -1.6 + 0.28 * number as f64;

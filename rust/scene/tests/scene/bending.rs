@@ -12,14 +12,10 @@ use relievo_scene::replay::{Replay, replay};
 
 use crate::support::{bytes, run_in};
 
-const SCENE: &str = r##"version = 1
-[meshes.ground]
-shape = "plane"
-size = [1, 1, 1]
-faces = 4
-[surfaces.ground]
-mesh = "ground"
-[details]
+const SCENE: &str = concat!(
+    "version = 1\n",
+    ground!("1", "4"),
+    r##"[details]
 tile_size = 64
 segments = 32
 [objects.ground]
@@ -46,18 +42,16 @@ position = [0, -2, 1]
 target = [0, 0, 0.1]
 [output]
 frames = 4
-width = 64
-height = 64
-samples = 1
-sky_rays = 1
-images = ["png"]
-pictures = ["beauty"]
+"##,
+    small_pictures!(),
+    r##"pictures = ["beauty"]
 picture_frames = "every"
 mesh = "every"
 mesh_rate = 64
 mesh_formats = ["ply"]
 tiles = "last"
-"##;
+"##,
+);
 
 /// Points of a mesh that hang over others: higher than 0.15, beside the stalk, which is under 0.1 wide there.
 fn overhangs(path: &Path) -> usize {

@@ -12,21 +12,7 @@ use relievo_scene::replay::{Replay, replay};
 use relievo_scene::stepper::{self, RunOptions, Summary};
 use relievo_scene::world::{Item, World};
 
-const GROUND: &str = r##"version = 1
-fps = 10
-[meshes.ground]
-shape = "plane"
-size = [4, 4, 1]
-faces = 8
-[surfaces.ground]
-mesh = "ground"
-[details]
-tile_size = 16
-paint_size = 32
-[objects.ground]
-surface = "ground"
-colour = [0.5, 0.5, 0.5]
-"##;
+const GROUND: &str = concat!(painted_ground!(),);
 
 /// A box that walks: down at 0.2 s and 0.6 s, up between.
 const WALK: &str = r##"

@@ -7,7 +7,8 @@ use relievo_scene::world::World;
 
 use crate::support::run_in;
 
-const SCENE: &str = r##"version = 1
+const SCENE: &str = concat!(
+    r##"version = 1
 fps = 10
 [meshes.ground]
 shape = "plane"
@@ -15,22 +16,17 @@ size = [4, 4, 1]
 [objects.ground]
 mesh = "ground"
 colour = [0.5, 0.5, 0.5]
-translation = [1, 0, 0]
-[camera]
-position = [1, 0, 6]
-target = [1, 0.001, 0]
-[output]
-frames = 3
-width = 64
-height = 64
-samples = 1
+"##,
+    seen_from_above!(),
+    r##"samples = 1
 pictures = ["beauty"]
 mesh = "none"
 [[crowds]]
 file = "block.obj"
 agents = "agents.txt"
 colour = [0.8, 0.02, 0.02]
-"##;
+"##,
+);
 
 /// A block of 0.6 × 0.2 × 0.6 units whose lower side is at the height 0, with y up.
 const BLOCK: &str = "v -0.3 0 -0.3\nv 0.3 0 -0.3\nv -0.3 0.2 -0.3\nv 0.3 0.2 -0.3\n\

@@ -8,33 +8,15 @@ use relievo_scene::world::World;
 
 use crate::support::{bytes, run_in};
 
-const GROUND: &str = r##"version = 1
-fps = 10
-[meshes.ground]
-shape = "plane"
-size = [4, 4, 1]
-faces = 8
-[surfaces.ground]
-mesh = "ground"
-[details]
-tile_size = 16
-paint_size = 32
-[objects.ground]
-surface = "ground"
-colour = [0.5, 0.5, 0.5]
-translation = [1, 0, 0]
-[camera]
-position = [1, 0, 6]
-target = [1, 0.001, 0]
-[output]
-frames = 3
-width = 64
-height = 64
-samples = 2
+const GROUND: &str = concat!(
+    painted_ground!(),
+    seen_from_above!(),
+    r##"samples = 2
 pictures = ["beauty"]
 documents = "every"
 mesh = "none"
-"##;
+"##,
+);
 
 /// A square of 2 by 2 units, of which each pixel is 0.1, around (1, 0).
 const PINS: &str = r##"pins = [

@@ -2,32 +2,18 @@
 
 use crate::support::run_in;
 
-const SCENE: &str = r##"version = 1
-[meshes.ground]
-shape = "plane"
-size = [1, 1, 1]
-faces = 4
-[meshes.tool]
-shape = "box"
-size = [0.2, 0.2, 0.2]
-[surfaces.ground]
-mesh = "ground"
-KIND[details]
+const SCENE: &str = concat!(
+    ground_and_tool!(),
+    r##"KIND[details]
 segments = 16
 tile_size = 16
 paint_size = 16
 [objects.ground]
 surface = "ground"
 decay = { delay = 0.1, duration = 0.3 }
-[objects.tool]
-mesh = "tool"
-visible = false
-[bodies.tool]
-keyframes = [{ time = 0, translation = [-0.2, 0, 0.07] }, { time = 0.125, translation = [0.2, 0, 0.07] }, { time = 0.25, translation = [0.2, 0, 1] }]
-[imprints]
-voxels = 65536
-[colliders.tool]
-[[strokes]]
+"##,
+    pressing_tool!(),
+    r##"[[strokes]]
 object = "ground"
 paint = "mix"
 time = 0.1
@@ -38,7 +24,8 @@ frames = 16
 picture_frames = "none"
 mesh = "none"
 documents = "every"
-"##;
+"##,
+);
 
 /// What surfaces of triangles say, whose vertices always have values.
 const TRIANGLES: &str = "kind = \"triangles\"\nlongest_edge = 0.3\n";

@@ -7,15 +7,10 @@ use relievo_document::{Document, Kind};
 use relievo_scene::file::read_file;
 use relievo_scene::stepper::{RunOptions, Summary, run};
 
-const SCENE: &str = r##"version = 1
-fps = 10
-[meshes.ground]
-shape = "plane"
-size = [4, 4, 1]
-faces = 8
-[surfaces.ground]
-mesh = "ground"
-KIND
+const SCENE: &str = concat!(
+    "version = 1\nfps = 10\n",
+    ground!("4", "8"),
+    r##"KIND
 [details]
 tile_size = 16
 paint_size = 32
@@ -61,7 +56,8 @@ sky_rays = 1
 mesh = "last"
 mesh_formats = ["ply"]
 documents = "last"
-"##;
+"##,
+);
 
 fn run_in(folder: &Path, name: &str, text: &str, frames: Option<(u32, u32)>) -> Summary {
     let scene = folder.join(format!("{name}.toml"));

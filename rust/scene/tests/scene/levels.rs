@@ -7,15 +7,10 @@ use relievo_scene::file::parse;
 
 use crate::support::run_in;
 
-const SCENE: &str = r##"version = 1
-fps = 10
-[meshes.ground]
-shape = "plane"
-size = [4, 4, 1]
-faces = 4
-[surfaces.ground]
-mesh = "ground"
-[details]
+const SCENE: &str = concat!(
+    "version = 1\nfps = 10\n",
+    ground!("4", "4"),
+    r##"[details]
 tile_size = 64
 paint_size = 32
 [objects.ground]
@@ -62,7 +57,8 @@ frames = 6
 picture_frames = "none"
 mesh = "none"
 documents = "every"
-"##;
+"##,
+);
 
 #[test]
 fn strokes_at_coarser_levels_take_coarser_tiles_also_from_the_cache() {

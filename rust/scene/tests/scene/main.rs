@@ -1,6 +1,9 @@
 //! Tests of this crate, one program for all: linking one each took most of the time that they took to build.
 //! Tests that begin processes have their own: for a moment such a process holds the locks of the one that begins it.
 
+#[macro_use]
+mod texts;
+
 mod bending;
 mod brushes;
 #[cfg(feature = "crowd")]

@@ -169,14 +169,10 @@ fn going_on_from_the_cache_and_other_threads_end_in_the_same_bits() {
 }
 
 /// A painted band at the start, a ridge later, and dabs beside the ground.
-const STROKES: &str = r##"
-[[strokes]]
-object = "ground"
-paint = "mix"
-colour = "#c02010"
-radius = 0.08
-points = [{ position = [-0.4, 0.1, 0] }, { position = [0.4, 0.2, 0], pressure = 0.5 }]
-[[strokes]]
+const STROKES: &str = concat!(
+    "\n",
+    red_band!(),
+    r##"[[strokes]]
 object = "ground"
 time = 0.1
 sculpt = "draw"
@@ -191,7 +187,8 @@ paint = "multiply"
 colour = [0.5, 0.5, 0.5]
 points = [{ position = [0, 0, 5] }]
 [output]
-"##;
+"##,
+);
 
 #[test]
 fn strokes_are_made_at_their_time_and_kept_in_the_cache() {
@@ -238,14 +235,10 @@ fn strokes_are_made_at_their_time_and_kept_in_the_cache() {
 }
 
 /// A ground and two strokes over it, of which `STROKES` stand for none, some or all.
-const TAKEN_UP: &str = r##"version = 1
-[meshes.ground]
-shape = "plane"
-size = [1, 1, 1]
-faces = FACES
-[surfaces.ground]
-mesh = "ground"
-[details]
+const TAKEN_UP: &str = concat!(
+    "version = 1\n",
+    ground!("1", "FACES"),
+    r##"[details]
 tile_size = 64
 paint_size = 32
 [objects.ground]
@@ -257,21 +250,19 @@ frames = 2
 pictures = []
 mesh = "none"
 documents = "last"
-"##;
-const RIDGE: &str = r##"
+"##,
+);
+const RIDGE: &str = concat!(
+    r##"
 [[strokes]]
 object = "ground"
 sculpt = "draw"
 height = 0.02
 radius = 0.1
 points = [{ position = [-0.2, -0.3, 0] }, { position = [0.2, 0.3, 0.02] }]
-[[strokes]]
-object = "ground"
-paint = "mix"
-colour = "#c02010"
-radius = 0.08
-points = [{ position = [-0.4, 0.1, 0] }, { position = [0.4, 0.2, 0], pressure = 0.5 }]
-"##;
+"##,
+    red_band!(),
+);
 const ERASER: &str = r##"
 [[strokes]]
 object = "ground"
@@ -617,13 +608,7 @@ faces = 4
 shape = "sphere"
 radius = 0.3
 faces = 24
-[surfaces.ground]
-mesh = "ground"
-[details]
-tile_size = 32
-[objects.ground]
-surface = "ground"
-translation = [0, 0, 0.5]
+{TILED_GROUND}translation = [0, 0, 0.5]
 [objects.pen]
 mesh = "pen"
 [bodies.pen]
@@ -699,6 +684,10 @@ fn baked(scene: &Path, text: &str) -> Vec<Vec<f32>> {
     (0..field.tile_count() as u32).map(values).collect()
 }
 
+/// A ground whose tiles have 32 texels a side.
+const TILED_GROUND: &str =
+    "[surfaces.ground]\nmesh = \"ground\"\n[details]\ntile_size = 32\n[objects.ground]\nsurface = \"ground\"\n";
+
 /// A ball crosses a plane in two frames, or the plane passes below the ball.
 fn crossing(ground: &str, ball: &str, more: &str) -> String {
     format!(
@@ -709,13 +698,7 @@ fn crossing(ground: &str, ball: &str, more: &str) -> String {
 shape = "sphere"
 radius = 0.1
 faces = 12
-[surfaces.ground]
-mesh = "ground"
-[details]
-tile_size = 32
-[objects.ground]
-surface = "ground"
-[objects.ball]
+{TILED_GROUND}[objects.ball]
 mesh = "ball"
 translation = [0, 0.03, 0.06]
 [bodies.ball]

@@ -10,47 +10,31 @@ use relievo_scene::stepper::{RunOptions, run};
 
 use crate::support::run_in;
 
-const SCENE: &str = r##"version = 1
-[meshes.ground]
-shape = "plane"
-size = [1, 1, 1]
-faces = 4
-[meshes.tool]
-shape = "box"
-size = [0.2, 0.2, 0.2]
-[surfaces.ground]
-mesh = "ground"
-[details]
+const SCENE: &str = concat!(
+    ground_and_tool!(),
+    r##"[details]
 tile_size = 16
 [objects.ground]
 surface = "ground"
 colour = [1, 1, 1]
 DOCUMENT
 traces = { colour = [0, 0, 1], depth = 0.02, fade = 1 }
-[objects.tool]
-mesh = "tool"
-visible = false
-[bodies.tool]
-keyframes = [{ time = 0, translation = [-0.2, 0, 0.07] }, { time = 0.125, translation = [0.2, 0, 0.07] }, { time = 0.25, translation = [0.2, 0, 1] }]
-[imprints]
-voxels = 65536
-[colliders.tool]
-[camera]
+"##,
+    pressing_tool!(),
+    r##"[camera]
 position = [0, 0, 2]
 target = [0, 0, 0]
 [output]
 frames = 7
-width = 64
-height = 64
-samples = 1
-sky_rays = 1
-images = ["png"]
-pictures = ["beauty"]
+"##,
+    small_pictures!(),
+    r##"pictures = ["beauty"]
 picture_frames = "every"
 mesh = "last"
 mesh_formats = ["ply"]
 documents = "last"
-"##;
+"##,
+);
 
 /// How much bluer than red the middle of the picture of a frame is, 0 to 255.
 fn blue(folder: &Path, frame: u32) -> f32 {

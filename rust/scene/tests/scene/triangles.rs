@@ -7,36 +7,22 @@ use relievo_core::{Context, Values};
 use relievo_document::{Document, Kind};
 use relievo_scene::file::read_file;
 use relievo_scene::replay::{Replay, replay};
-use relievo_scene::stepper::{RunOptions, run};
+use relievo_scene::stepper::run;
 
-use crate::support::{bytes, run_in};
+use crate::support::{bytes, plain_options, run_in};
 
-const SCENE: &str = r##"version = 1
-[meshes.ground]
-shape = "plane"
-size = [1, 1, 1]
-faces = 4
-[meshes.tool]
-shape = "box"
-size = [0.2, 0.2, 0.2]
-[surfaces.ground]
-mesh = "ground"
-kind = "triangles"
+const SCENE: &str = concat!(
+    ground_and_tool!(),
+    r##"kind = "triangles"
 longest_edge = 0.3
 [details]
 segments = 16
 [objects.ground]
 surface = "ground"
 colour = [1, 1, 1]
-[objects.tool]
-mesh = "tool"
-visible = false
-[bodies.tool]
-keyframes = [{ time = 0, translation = [-0.3, 0, 0.07] }, { time = 0.125, translation = [0.3, 0, 0.07] }]
-[imprints]
-voxels = 65536
-[colliders.tool]
-[[strokes]]
+"##,
+    pressing_tool!("{ time = 0, translation = [-0.3, 0, 0.07] }, { time = 0.125, translation = [0.3, 0, 0.07] }"),
+    r##"[[strokes]]
 object = "ground"
 paint = "mix"
 colour = [0, 0, 1]
@@ -54,16 +40,14 @@ position = [0, 0, 2]
 target = [0, 0, 0]
 [output]
 frames = 4
-width = 64
-height = 64
-samples = 1
-sky_rays = 1
-images = ["png"]
-pictures = ["beauty", "tiles"]
+"##,
+    small_pictures!(),
+    r##"pictures = ["beauty", "tiles"]
 picture_frames = "every"
 mesh = "last"
 mesh_formats = ["ply", "glb"]
-"##;
+"##,
+);
 
 #[test]
 fn triangles_are_painted_sculpted_pressed_kept_and_exported() {
@@ -203,13 +187,7 @@ fn layers_and_traces_are_cached_and_a_document_goes_on() {
         assert_ne!(text, from);
         let scene = folder.path().join("misfit.toml");
         std::fs::write(&scene, text).unwrap();
-        let options = RunOptions {
-            out: folder.path().join("out"),
-            frames: None,
-            allowed: Vec::new(),
-            rebake: false,
-            device: None,
-        };
+        let options = plain_options(folder.path().join("out"));
         let done = run(&Context::serial(), read_file(&scene).unwrap(), &options, &mut Silent);
         let message = format!("{}", done.unwrap_err());
         assert!(message.contains(expected), "{message}");
@@ -343,13 +321,7 @@ fn what_triangles_cannot_do_is_said() {
         assert_ne!(text, SCENE);
         let scene = folder.path().join("refused.toml");
         std::fs::write(&scene, text).unwrap();
-        let options = RunOptions {
-            out: folder.path().join("out"),
-            frames: None,
-            allowed: Vec::new(),
-            rebake: false,
-            device: None,
-        };
+        let options = plain_options(folder.path().join("out"));
         let done = read_file(&scene).and_then(|scene| run(&Context::serial(), scene, &options, &mut Silent));
         let message = format!("{}", done.unwrap_err());
         assert!(message.contains(expected), "{message}");
