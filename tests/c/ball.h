@@ -12,8 +12,6 @@ static inline RlvMesh check_ball_of(RlvContext context, double radius, uint32_t 
     float *positions = malloc(points * 12), *position = positions;
     uint32_t *corners = malloc(faces * 12), *corner = corners;
     const double pi = 3.14159265358979323846;
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    RlvMesh mesh = RLV_NULL;
     CHECK(positions != NULL && corners != NULL);
     for (int pole = 0; pole < 2; ++pole) {
         *position++ = 0, *position++ = 0, *position++ = (float)(pole == 0 ? radius : -radius);
@@ -37,13 +35,7 @@ static inline RlvMesh check_ball_of(RlvContext context, double radius, uint32_t 
             *corner++ = a, *corner++ = b + columns, *corner++ = b;
         }
     }
-    arrays.points = positions;
-    arrays.point_count = points;
-    arrays.face_size = 3;
-    arrays.face_count = faces;
-    arrays.corners = corners;
-    arrays.corner_count = faces * 3;
-    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
+    const RlvMesh mesh = check_mesh_of(context, positions, points, 3, faces, corners);
     free(positions);
     free(corners);
     return mesh;

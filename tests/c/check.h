@@ -37,13 +37,33 @@ static inline void check_idle(uint64_t id, const char *noun) {
     CHECK(info.is_busy == 0 && info.worker[0] == 0 && strcmp(info.noun, noun) == 0);
 }
 
+/* The arrays of a mesh whose faces have as many corners each. */
+static inline RlvMeshArrays check_faces(const float *points, size_t point_count, uint32_t face_size, size_t face_count,
+                                        const uint32_t *corners) {
+    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
+    arrays.points = points;
+    arrays.point_count = point_count;
+    arrays.face_size = face_size;
+    arrays.face_count = face_count;
+    arrays.corners = corners;
+    arrays.corner_count = face_count * face_size;
+    return arrays;
+}
+
+/* A mesh of them. */
+static inline RlvMesh check_mesh_of(RlvContext context, const float *points, size_t point_count, uint32_t face_size,
+                                    size_t face_count, const uint32_t *corners) {
+    const RlvMeshArrays arrays = check_faces(points, point_count, face_size, face_count, corners);
+    RlvMesh mesh = RLV_NULL;
+    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
+    return mesh;
+}
+
 /* A flat cage of columns x rows quads of side 1 in the plane z = 0, from (0, 0) on. */
 static inline RlvMesh check_plane(RlvContext context, uint32_t columns, uint32_t rows) {
     size_t points = (size_t)(columns + 1) * (rows + 1), faces = (size_t)columns * rows;
     float *positions = (float *)malloc(points * 3 * sizeof(float));
     uint32_t *corners = (uint32_t *)malloc(faces * 4 * sizeof(uint32_t));
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    RlvMesh mesh = RLV_NULL;
     CHECK(positions != NULL && corners != NULL);
     for (uint32_t y = 0; y <= rows; ++y) {
         for (uint32_t x = 0; x <= columns; ++x) {
@@ -62,13 +82,7 @@ static inline RlvMesh check_plane(RlvContext context, uint32_t columns, uint32_t
             corner[3] = corner[0] + columns + 1;
         }
     }
-    arrays.points = positions;
-    arrays.point_count = points;
-    arrays.face_size = 4;
-    arrays.face_count = faces;
-    arrays.corners = corners;
-    arrays.corner_count = faces * 4;
-    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
+    const RlvMesh mesh = check_mesh_of(context, positions, points, 4, faces, corners);
     free(positions);
     free(corners);
     return mesh;
@@ -78,21 +92,12 @@ static inline RlvMesh check_plane(RlvContext context, uint32_t columns, uint32_t
 static inline RlvMesh check_box(RlvContext context, float low, float high, float bottom, float top) {
     static const uint32_t corners[24] = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 1, 3, 7, 5, 3, 2, 6, 7, 2, 0, 4, 6};
     float points[24];
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    RlvMesh mesh = RLV_NULL;
     for (int k = 0; k < 8; ++k) {
         points[3 * k] = k & 1 ? high : low;
         points[3 * k + 1] = k & 2 ? high : low;
         points[3 * k + 2] = k & 4 ? top : bottom;
     }
-    arrays.points = points;
-    arrays.point_count = 8;
-    arrays.face_size = 4;
-    arrays.face_count = 6;
-    arrays.corners = corners;
-    arrays.corner_count = 24;
-    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
-    return mesh;
+    return check_mesh_of(context, points, 8, 4, 6, corners);
 }
 
 /* Soft tissue that fills a mesh, in cells of 0.05 m. */
@@ -112,6 +117,33 @@ static inline RlvTissue check_tissue(RlvContext context, RlvMesh mesh) {
     description.volume_count = 1;
     CHECK_OK(rlv_tissue_build(context, &description, NULL, NULL, NULL, &tissue));
     return tissue;
+}
+
+/* Evaluates a detail at (u, v) of a tile, into arrays of one element each. */
+static inline void check_evaluate(RlvDetail detail, uint32_t tile, float u, float v, RlvEvaluateArrays arrays) {
+    const float uv[2] = {u, v};
+    arrays.count = 1;
+    arrays.tiles = &tile;
+    arrays.uvs = uv;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+}
+
+/* The displacement at (u, v) of a tile. */
+static inline float check_displacement(RlvDetail detail, uint32_t tile, float u, float v) {
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    float out = 7.0f;
+    arrays.displacements = &out;
+    check_evaluate(detail, tile, u, v, arrays);
+    return out;
+}
+
+/* Commits a detail, and evaluates its colour and displacement in the middle of a tile. */
+static inline void check_look(RlvDetail detail, uint32_t tile, float *color, float *height) {
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    arrays.colors = color;
+    arrays.displacements = height;
+    check_evaluate(detail, tile, 0.5f, 0.5f, arrays);
 }
 
 /* Paints or sculpts a line on a plane, from (0.3, 1, 0) to (x, y, 0). */

@@ -11,16 +11,7 @@ static void remember(void *user, uint32_t level, const char *text) {
 static RlvMesh book(RlvContext context) {
     static const float points[] = {0, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1, -1, 0, 0, -1, 0, 1};
     static const uint32_t corners[] = {0, 2, 3, 1, 0, 4, 5, 1, 0, 6, 7, 1};
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    arrays.points = points;
-    arrays.point_count = 8;
-    arrays.face_size = 4;
-    arrays.face_count = 3;
-    arrays.corners = corners;
-    arrays.corner_count = 12;
-    RlvMesh mesh = RLV_NULL;
-    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
-    return mesh;
+    return check_mesh_of(context, points, 8, 4, 3, corners);
 }
 
 #ifdef __linux__

@@ -23,19 +23,6 @@ static void set_pins(RlvDecalPin pins[4]) {
     }
 }
 
-/* The colour and the displacement in the middle of a quad of the cage. */
-static void look(RlvDetail detail, uint32_t tile, float *color, float *height) {
-    const float uv[2] = {0.5f, 0.5f};
-    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
-    CHECK_OK(rlv_detail_commit(detail, NULL));
-    arrays.count = 1;
-    arrays.tiles = &tile;
-    arrays.uvs = uv;
-    arrays.colors = color;
-    arrays.displacements = height;
-    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
-}
-
 static void lay_on_mesh(RlvContext context, RlvMesh plane) {
     RlvDecalPin pins[4];
     RlvDecalOptions options = RLV_DECAL_OPTIONS_INIT;
@@ -192,13 +179,13 @@ static void write_into_layers(RlvContext context, RlvMesh plane) {
     /* The left half is 2 by 2 units, of 16 by 16 texels each. */
     CHECK(report.refused_tiles == 0 && report.changed_tiles >= 4 && report.changed_tiles <= 9);
     CHECK_NEAR(report.texels, 4 * 256, 150);
-    look(detail, 4 * 10 + 4, color, &height);
+    check_look(detail, 4 * 10 + 4, color, &height);
     CHECK_NEAR(color[0], 0.5, 0.02);
     CHECK_NEAR(color[1], 0.0, 0.001);
-    look(detail, 4 * 10 + 5, color, &height);
+    check_look(detail, 4 * 10 + 5, color, &height);
     CHECK_NEAR(color[0], 0.0, 0.001);
     CHECK_OK(rlv_document_undo(document, NULL));
-    look(detail, 4 * 10 + 4, color, &height);
+    check_look(detail, 4 * 10 + 4, color, &height);
     CHECK_NEAR(color[0], 0.0, 0.001);
 
     /* White raises by the height. */
@@ -207,9 +194,9 @@ static void write_into_layers(RlvContext context, RlvMesh plane) {
     }
     image.channels = 1;
     CHECK_OK(rlv_decal_emboss(decal, &image, 0.25f, &report));
-    look(detail, 4 * 10 + 4, color, &height);
+    check_look(detail, 4 * 10 + 4, color, &height);
     CHECK_NEAR(height, 0.25, 0.01);
-    look(detail, 1 * 10 + 1, color, &height);
+    check_look(detail, 1 * 10 + 1, color, &height);
     CHECK_NEAR(height, 0.0, 1e-6);
 
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_paint(decal, &image, 1.5f, &report), "opacity");
@@ -276,14 +263,14 @@ static void write_on_triangles(RlvContext context, RlvMesh plane) {
     /* From (3, 4) to (7, 6): 8 quads, and those around them at most. */
     CHECK(report.refused_tiles == 0 && report.changed_tiles >= 16 && report.changed_tiles <= 48);
     CHECK(report.texels > 16 * 100);
-    look(detail, inside, color, &height);
+    check_look(detail, inside, color, &height);
     CHECK_NEAR(color[0], 0.5, 0.02);
-    look(detail, outside, color, &height);
+    check_look(detail, outside, color, &height);
     CHECK_NEAR(color[0], 0.0, 1e-6);
     CHECK_OK(rlv_decal_emboss(decal, &image, 0.25f, &report));
-    look(detail, inside, color, &height);
+    check_look(detail, inside, color, &height);
     CHECK_NEAR(height, 0.25, 1e-3);
-    look(detail, outside, color, &height);
+    check_look(detail, outside, color, &height);
     CHECK_NEAR(height, 0.0, 1e-6);
     ink.channel = RLV_CHANNEL_VECTORS;
     ink.blend = RLV_BLEND_ADD;
@@ -520,7 +507,7 @@ static void cut_and_strip(RlvContext context, RlvMesh plane) {
     ink.channel = RLV_CHANNEL_COLOR;
     ink.blend = RLV_BLEND_MULTIPLY;
     CHECK_OK(rlv_decal_write(decal, &image, &ink, NULL));
-    look(detail, tile, color, &height);
+    check_look(detail, tile, color, &height);
     CHECK_NEAR(height, 0.0, 1e-6);
     CHECK_NEAR(color[0], 0.5, 0.01);
     CHECK_NEAR(color[1], 0.25, 0.01);
@@ -577,9 +564,9 @@ static void keep_in_document(RlvContext context, RlvMesh plane, uint32_t kind, u
     CHECK_OK(rlv_decal_apply(decal, document, "label", &image, &ink, NULL, NULL, &id));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_apply(decal, document, "label", &image, &ink, NULL, NULL, &id), "name");
     CHECK_OK(rlv_decal_release(decal));
-    look(detail, tile, color, &height);
+    check_look(detail, tile, color, &height);
     CHECK_NEAR(color[0], 0.5, 0.02);
-    look(detail, beside, color, &height);
+    check_look(detail, beside, color, &height);
     CHECK_NEAR(color[0], 0.0, 1e-6);
     CHECK_OK(rlv_decal_count(document, &count));
     CHECK(count == 1);
@@ -606,18 +593,18 @@ static void keep_in_document(RlvContext context, RlvMesh plane, uint32_t kind, u
     CHECK_OK(rlv_decal_on_detail(detail, &options, found, 4, 0, NULL, NULL, &again));
     ink.opacity = 1.0f;
     CHECK_OK(rlv_decal_update(again, document, id, &image, &ink, NULL, NULL));
-    look(detail, tile, color, &height);
+    check_look(detail, tile, color, &height);
     CHECK_NEAR(color[0], 0.0, 1e-6);
-    look(detail, beside, color, &height);
+    check_look(detail, beside, color, &height);
     CHECK_NEAR(color[0], 1.0, 0.02);
     ink.channel = RLV_CHANNEL_DISPLACEMENT;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_update(again, document, id, &image, &ink, NULL, NULL), "another kind");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_update(again, document, id + 1, &image, NULL, NULL, NULL), "no decal");
     CHECK_OK(rlv_document_undo(document, NULL));
-    look(detail, tile, color, &height);
+    check_look(detail, tile, color, &height);
     CHECK_NEAR(color[0], 0.5, 0.02);
     CHECK_OK(rlv_decal_remove(document, id));
-    look(detail, tile, color, &height);
+    check_look(detail, tile, color, &height);
     CHECK_NEAR(color[0], 0.0, 1e-6);
     CHECK_OK(rlv_decal_count(document, &count));
     CHECK(count == 0);

@@ -8,14 +8,10 @@ static void log_text(void *user, uint32_t level, const char *text) {
 
 /* The height of the displaced surface in the middle of a tile. */
 static float height(RlvDetail detail, uint32_t tile) {
-    static const float uv[2] = {0.5f, 0.5f};
     float out[3] = {0, 0, 0};
     RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
-    arrays.count = 1;
-    arrays.tiles = &tile;
-    arrays.uvs = uv;
     arrays.positions = out;
-    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    check_evaluate(detail, tile, 0.5f, 0.5f, arrays);
     return out[2];
 }
 
@@ -25,20 +21,16 @@ typedef struct Sample {
 } Sample;
 
 static Sample sample(RlvDetail detail, uint32_t tile, float u, float v) {
-    const float uv[2] = {u, v};
     Sample out = {{0}, {0}, {0}, {0}, 7.0f};
     RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
     RlvChannelInfo info = RLV_CHANNEL_INFO_INIT;
-    arrays.count = 1;
-    arrays.tiles = &tile;
-    arrays.uvs = uv;
     arrays.positions = out.position;
     arrays.normals = out.normal;
     arrays.vectors = out.vector;
     arrays.displacements = &out.displacement;
     CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_TRACES, &info));
     arrays.traces = info.is_there ? out.trace : NULL;
-    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    check_evaluate(detail, tile, u, v, arrays);
     return out;
 }
 

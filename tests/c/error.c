@@ -41,14 +41,8 @@ int main(void) {
     CHECK_OK(rlv_context_create(NULL, &context));
     float points[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
     uint32_t corners[6] = {0, 1, 2, 1, 3, 2}, codes[2];
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
+    RlvMeshArrays arrays = check_faces(points, 4, 3, 2, corners);
     RlvMesh mesh = RLV_NULL;
-    arrays.points = points;
-    arrays.point_count = 4;
-    arrays.face_size = 3;
-    arrays.face_count = 2;
-    arrays.corners = corners;
-    arrays.corner_count = 6;
     for (int k = 0; k < 2; ++k) {
         corners[3 + k] = 77 + 100 * (uint32_t)k;
         CHECK(rlv_mesh_create(context, &arrays, &mesh) == RLV_ERROR_INVALID);

@@ -10,8 +10,6 @@ typedef struct Watch {
     RlvCollider collider;
 } Watch;
 
-static float displacement(RlvDetail detail, uint32_t tile, float u, float v);
-
 static uint32_t watch(void *user, float fraction, const char *stage) {
     Watch *watch = user;
     CHECK(fraction >= watch->last && fraction <= 1.0f && strlen(stage) > 0);
@@ -21,21 +19,8 @@ static uint32_t watch(void *user, float fraction, const char *stage) {
     CHECK_FAILS(RLV_ERROR_BUSY, rlv_detail_commit(watch->detail, NULL), "detail: another call is at work");
     CHECK_FAILS(RLV_ERROR_BUSY, rlv_imprint_run(watch->detail, watch->collider, NULL, NULL, NULL), "collider");
     CHECK_FAILS(RLV_ERROR_BUSY, rlv_collider_info(watch->collider, &info), "collider");
-    CHECK(displacement(watch->detail, 14, 0.5f, 0.5f) == 0.0f);
+    CHECK(check_displacement(watch->detail, 14, 0.5f, 0.5f) == 0.0f);
     return ++watch->calls > watch->answers ? RLV_PROGRESS_CANCEL : RLV_PROGRESS_CONTINUE;
-}
-
-/* The displacement at (u, v) of a tile. */
-static float displacement(RlvDetail detail, uint32_t tile, float u, float v) {
-    const float uv[2] = {u, v};
-    float out = 7.0f;
-    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
-    arrays.count = 1;
-    arrays.tiles = &tile;
-    arrays.uvs = uv;
-    arrays.displacements = &out;
-    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
-    return out;
 }
 
 /* A ball that moves 4 to the right in one frame leaves a track, and a cancelled one leaves nothing. */
@@ -75,10 +60,10 @@ static void sweep(RlvContext context, RlvSurface surface, RlvMesh ball) {
     CHECK_OK(rlv_detail_commit(detail, &changes));
     /* Along the middle of the track, between the sub-steps too, it is about as deep as the ball. */
     for (int step = 0; step < 32; ++step) {
-        float depth = displacement(detail, 14 + (uint32_t)step / 16, (float)(step % 16) / 16, 0.5f);
+        float depth = check_displacement(detail, 14 + (uint32_t)step / 16, (float)(step % 16) / 16, 0.5f);
         CHECK(depth < -0.1f && depth > -0.2f);
     }
-    CHECK(displacement(detail, 32, 0.5f, 0.5f) == 0.0f);
+    CHECK(check_displacement(detail, 32, 0.5f, 0.5f) == 0.0f);
     CHECK_OK(rlv_collider_release(collider));
     CHECK_OK(rlv_detail_release(detail));
 }
@@ -119,11 +104,11 @@ static void deform(RlvContext context, RlvSurface surface, RlvMesh ball) {
                                          &report),
                 "from_points");
     CHECK_OK(rlv_detail_commit(detail, NULL));
-    CHECK(displacement(detail, 14, 0.5f, 0.5f) == 0.0f);
+    CHECK(check_displacement(detail, 14, 0.5f, 0.5f) == 0.0f);
     /* The ball is where it was: pressed in there, it reaches nothing else. */
     CHECK_OK(rlv_imprint_run(detail, collider, &settings, NULL, NULL));
     CHECK_OK(rlv_detail_commit(detail, NULL));
-    CHECK(displacement(detail, 15, 0.0f, 0.5f) == 0.0f);
+    CHECK(check_displacement(detail, 15, 0.0f, 0.5f) == 0.0f);
 
     CHECK_OK(rlv_imprint_sweep_points(detail, collider, place, place, from, to, count, 0, &settings, NULL, NULL, NULL,
                                       &report));
@@ -131,7 +116,7 @@ static void deform(RlvContext context, RlvSurface surface, RlvMesh ball) {
     CHECK(report.steps >= 8 && report.steps <= 9 && report.wanted_steps == report.steps);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     for (int step = 0; step < 32; ++step) {
-        float depth = displacement(detail, 14 + (uint32_t)step / 16, (float)(step % 16) / 16, 0.5f);
+        float depth = check_displacement(detail, 14 + (uint32_t)step / 16, (float)(step % 16) / 16, 0.5f);
         CHECK(depth < -0.1f && depth > -0.2f);
     }
     free(from);
@@ -163,13 +148,13 @@ static void collide(RlvContext context) {
     half.share = 0.5f;
     CHECK_OK(rlv_detail_create(surface, &options, NULL, &below));
     CHECK_OK(rlv_detail_create(surface, &options, facing, &above));
-    float top = displacement(below, 4, 0.5f, 0.5f);
+    float top = check_displacement(below, 4, 0.5f, 0.5f);
     CHECK(top == 0.0f);
     CHECK_OK(rlv_imprint_collide(below, above, &half, &rest, NULL, &first, &second));
     CHECK(first.changed_coefficients > 0 && second.changed_coefficients > 0);
     CHECK_OK(rlv_detail_commit(below, NULL));
     CHECK_OK(rlv_detail_commit(above, NULL));
-    float one = displacement(below, 4, 0.5f, 0.5f), other = displacement(above, 4, 0.5f, 0.5f);
+    float one = check_displacement(below, 4, 0.5f, 0.5f), other = check_displacement(above, 4, 0.5f, 0.5f);
     CHECK(one < -0.01f && other < -0.01f);
     CHECK_NEAR(one, other, 0.03);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_imprint_collide(below, below, NULL, NULL, NULL, NULL, NULL), "itself");
@@ -198,7 +183,7 @@ static void rim(RlvContext context, RlvSurface surface, RlvMesh ball) {
     /* The cap of height 0.2 of a ball of radius 1. */
     CHECK_NEAR(report.pushed_volume, 0.1173, 0.01);
     CHECK_NEAR(report.raised_volume, 0.5 * report.pushed_volume, 0.01 * report.pushed_volume);
-    CHECK(displacement(detail, 14, 0.2f, 1.0f) > 0.01f);
+    CHECK(check_displacement(detail, 14, 0.2f, 1.0f) > 0.01f);
     settings.repose = 2.0f;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_imprint_run(detail, collider, &settings, NULL, NULL), "repose");
     CHECK_OK(rlv_collider_release(collider));

@@ -1,19 +1,6 @@
 /* Layers: paint and displacement on layers of their own, seen as they are set, merged and flattened. */
 #include "check.h"
 
-static void look(RlvDetail detail, float *height, float *color) {
-    const uint32_t tile = 4;
-    const float uv[2] = {0.5f, 0.5f};
-    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
-    CHECK_OK(rlv_detail_commit(detail, NULL));
-    arrays.count = 1;
-    arrays.tiles = &tile;
-    arrays.uvs = uv;
-    arrays.displacements = height;
-    arrays.colors = color;
-    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
-}
-
 static void dab(RlvContext context, RlvDetail detail, const RlvBrushOptions *options) {
     const RlvStrokePoint point = {{1.5, 1.5, 0.0}, 1.0, -1.0};
     RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
@@ -115,7 +102,7 @@ int main(void) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_paint(detail, &paint), "already");
     dab(context, detail, &red);
     dab(context, detail, &raise);
-    look(detail, &height, color);
+    check_look(detail, 4, color, &height);
     CHECK_NEAR(height, 0.05, 0.002);
     CHECK(color[0] > 0.95f && color[1] < 0.05f);
     CHECK_OK(rlv_detail_info(detail, &info));
@@ -141,27 +128,27 @@ int main(void) {
     red.color[1] = 1.0f;
     dab(context, detail, &red);
     dab(context, detail, &raise);
-    look(detail, &height, color);
+    check_look(detail, 4, color, &height);
     CHECK_NEAR(height, 0.1, 0.004);
     CHECK(color[0] < 0.05f && color[1] > 0.95f);
 
     /* Hidden, half seen, gone. */
     options.is_visible = 0;
     CHECK_OK(rlv_layer_set(detail, bumps, &options));
-    look(detail, &height, color);
+    check_look(detail, 4, color, &height);
     CHECK_NEAR(height, 0.05, 0.002);
     options.is_visible = 1;
     options.opacity = 0.25f;
     CHECK_OK(rlv_layer_set(detail, bumps, &options));
-    look(detail, &height, color);
+    check_look(detail, 4, color, &height);
     CHECK_NEAR(height, 0.075, 0.004);
     CHECK_OK(rlv_layer_merge(detail, bumps));
-    look(detail, &height, color);
+    check_look(detail, 4, color, &height);
     CHECK_NEAR(height, 0.075, 0.004);
     CHECK_OK(rlv_layer_rename(detail, glaze, "varnish"));
     CHECK_OK(rlv_layer_set_active(detail, glaze));
     CHECK_OK(rlv_layer_place(detail, glaze, 0));
-    look(detail, &height, color);
+    check_look(detail, 4, color, &height);
     CHECK(color[0] > 0.95f && color[1] < 0.05f);
     CHECK_OK(rlv_layer_remove(detail, glaze));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_layer_remove(detail, glaze), "layer");
@@ -169,7 +156,7 @@ int main(void) {
     CHECK_OK(rlv_layer_flatten(detail));
     CHECK_OK(rlv_layer_count(detail, &count));
     CHECK(count == 2);
-    look(detail, &height, color);
+    check_look(detail, 4, color, &height);
     CHECK_NEAR(height, 0.075, 0.004);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_layer_add(detail, "a", NULL, &nothing), "RlvLayerOptions");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_layer_add(detail, NULL, &options, &nothing), "name");

@@ -115,13 +115,7 @@ int main(void) {
     RlvMesh mesh = RLV_NULL;
     const float points[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     const uint32_t corners[3] = {0, 1, 2};
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    arrays.points = points;
-    arrays.point_count = 3;
-    arrays.face_size = 3;
-    arrays.face_count = 1;
-    arrays.corners = corners;
-    arrays.corner_count = 3;
+    RlvMeshArrays arrays = check_faces(points, 3, 3, 1, corners);
     CHECK_OK(rlv_context_create(NULL, &context));
     CHECK_OK(rlv_context_set_memory_monitor(context, watch_memory, &taken));
     RlvMesh plane = check_plane(context, CELLS, CELLS);

@@ -38,13 +38,7 @@ int main(void) {
     uint32_t corners[3 * TRIANGLES];
     CHECK_OK(rlv_context_create(NULL, &context));
     soup(points, corners, uvs);
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    arrays.points = points;
-    arrays.point_count = 3 * TRIANGLES;
-    arrays.face_size = 3;
-    arrays.face_count = TRIANGLES;
-    arrays.corners = corners;
-    arrays.corner_count = 3 * TRIANGLES;
+    RlvMeshArrays arrays = check_faces(points, 3 * TRIANGLES, 3, TRIANGLES, corners);
     RlvAttributeArrays uv = RLV_ATTRIBUTE_ARRAYS_INIT;
     uv.domain = RLV_DOMAIN_POINT;
     uv.type = RLV_TYPE_F32;

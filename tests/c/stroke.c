@@ -14,18 +14,6 @@ static void way(RlvStrokePoint *points) {
     }
 }
 
-static float displacement(RlvDetail detail, uint32_t tile) {
-    const float uv[2] = {0.5f, 0.5f};
-    float out = 7.0f;
-    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
-    arrays.count = 1;
-    arrays.tiles = &tile;
-    arrays.uvs = uv;
-    arrays.displacements = &out;
-    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
-    return out;
-}
-
 static int same(RlvDetail one, RlvDetail other, uint32_t tile) {
     static unsigned char blocks[2][70000];
     size_t sizes[2] = {0, 0};
@@ -82,7 +70,7 @@ int main(void) {
     CHECK(dabs == report.dabs);
     CHECK_OK(rlv_detail_commit(whole, NULL));
     CHECK_OK(rlv_detail_commit(drawn, NULL));
-    CHECK(displacement(whole, 14) != 0.0f || displacement(whole, 20) != 0.0f);
+    CHECK(check_displacement(whole, 14, 0.5f, 0.5f) != 0.0f || check_displacement(whole, 20, 0.5f, 0.5f) != 0.0f);
     for (k = 0; k < 36; ++k) {
         CHECK(same(whole, drawn, (uint32_t)k));
     }

@@ -5,16 +5,8 @@
 static RlvMesh square(RlvContext context, uint32_t face_size) {
     static const float points[] = {0, 0, 0, 1, 0, 0, 1, 1, 1, 0, 1, 0};
     static const uint32_t triangles[] = {0, 1, 2, 0, 2, 3};
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    RlvMesh mesh = RLV_NULL;
-    arrays.points = points;
-    arrays.point_count = 4;
-    arrays.face_size = face_size;
-    arrays.face_count = face_size == 3 ? 2 : 1;
-    arrays.corners = face_size == 3 ? triangles : (const uint32_t[]){0, 1, 2, 3};
-    arrays.corner_count = face_size == 3 ? 6 : 4;
-    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
-    return mesh;
+    const uint32_t *corners = face_size == 3 ? triangles : (const uint32_t[]){0, 1, 2, 3};
+    return check_mesh_of(context, points, 4, face_size, face_size == 3 ? 2 : 1, corners);
 }
 
 static void add(RlvMesh mesh, const char *name, uint32_t domain, uint32_t type, uint32_t width, const void *values,

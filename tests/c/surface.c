@@ -27,13 +27,7 @@ int main(void) {
     /* A triangle is three tiles. */
     static const float points[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     static const uint32_t corners[] = {0, 1, 2};
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    arrays.points = points;
-    arrays.point_count = 3;
-    arrays.face_size = 3;
-    arrays.face_count = 1;
-    arrays.corners = corners;
-    arrays.corner_count = 3;
+    RlvMeshArrays arrays = check_faces(points, 3, 3, 1, corners);
     RlvMesh triangle = RLV_NULL;
     RlvSurface parts = RLV_NULL;
     uint32_t first = 9, count = 9;
@@ -65,15 +59,9 @@ int main(void) {
     static const float sharpness = 3.0f;
     static const uint32_t quad[] = {0, 1, 3, 2};
     static const float flat[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 5, 5, 5, 6, 6, 6};
-    RlvMeshArrays creased = RLV_MESH_ARRAYS_INIT;
+    RlvMeshArrays creased = check_faces(flat, 6, 4, 1, quad);
     RlvMesh loose = RLV_NULL;
     RlvSurface smooth = RLV_NULL;
-    creased.points = flat;
-    creased.point_count = 6;
-    creased.face_size = 4;
-    creased.face_count = 1;
-    creased.corners = quad;
-    creased.corner_count = 4;
     creased.creases = diagonal;
     creased.crease_sharpness = &sharpness;
     creased.crease_count = 1;

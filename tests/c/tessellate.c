@@ -6,13 +6,7 @@ static RlvMesh cube(RlvContext context, int is_creased) {
     static const float points[] = {-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1};
     static const uint32_t corners[] = {0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7};
     static const uint32_t material[] = {10, 11, 12, 13, 14, 15};
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    arrays.points = points;
-    arrays.point_count = 8;
-    arrays.face_size = 4;
-    arrays.face_count = 6;
-    arrays.corners = corners;
-    arrays.corner_count = 24;
+    RlvMeshArrays arrays = check_faces(points, 8, 4, 6, corners);
     static const uint32_t creases[] = {4, 5, 5, 6, 6, 7, 7, 4, 0, 4};
     static const float sharpness[] = {2.5f, 2.5f, 10.0f, 10.0f, 3.0f};
     if (is_creased) {

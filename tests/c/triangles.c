@@ -22,18 +22,14 @@ typedef struct Look {
 } Look;
 
 static Look look(RlvDetail detail, uint32_t tile, float u, float v, int painted) {
-    const float uv[2] = {u, v};
     Look out = {{0}, {0}, {0}, {0}, 7.0f};
     RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
-    arrays.count = 1;
-    arrays.tiles = &tile;
-    arrays.uvs = uv;
     arrays.positions = out.position;
     arrays.normals = out.normal;
     arrays.vectors = out.vector;
     arrays.displacements = &out.displacement;
     arrays.colors = painted ? out.color : NULL;
-    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    check_evaluate(detail, tile, u, v, arrays);
     return out;
 }
 
@@ -125,7 +121,6 @@ static void too_large_to_split(void) {
     static const uint32_t corners[3] = {0, 1, 2};
     RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
     RlvContext small = RLV_NULL;
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
     RlvMesh mesh = RLV_NULL, split = RLV_NULL;
     options.memory_limit = 1 << 20;
     CHECK_OK(rlv_context_create(&options, &small));
@@ -133,13 +128,7 @@ static void too_large_to_split(void) {
     CHECK_OK(rlv_mesh_split(plane, 0.2, &split));
     CHECK_OK(rlv_mesh_release(split));
     CHECK_FAILS(RLV_ERROR_MEMORY, rlv_mesh_split(plane, 0.02, &split), "memory limit");
-    arrays.points = far;
-    arrays.point_count = 3;
-    arrays.face_size = 3;
-    arrays.face_count = 1;
-    arrays.corners = corners;
-    arrays.corner_count = 3;
-    CHECK_OK(rlv_mesh_create(small, &arrays, &mesh));
+    mesh = check_mesh_of(small, far, 3, 3, 1, corners);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_mesh_split(mesh, 0.1, &split), "cannot get as short");
     CHECK_OK(rlv_mesh_split(mesh, 1.0, &split));
     CHECK_OK(rlv_mesh_release(split));
@@ -228,13 +217,9 @@ static void bakes(RlvContext context, RlvSurface surface) {
 
 /* Contact, depth and age at the first corner of a triangle: of the 20th, the middle of the sheet. */
 static void trace_at(RlvDetail detail, uint32_t tile, float out[3]) {
-    const float uv[2] = {0, 0};
     RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
-    arrays.count = 1;
-    arrays.tiles = &tile;
-    arrays.uvs = uv;
     arrays.traces = out;
-    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    check_evaluate(detail, tile, 0.0f, 0.0f, arrays);
 }
 
 /* Imprints leave traces on triangles: evaluated, baked and tessellated, and older with time. */

@@ -21,16 +21,7 @@ RlvMesh cube(RlvContext context, float shift) {
             moved[k][axis] = points[k][axis] + (axis == 0 ? shift : 0.0f);
         }
     }
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    RlvMesh mesh = RLV_NULL;
-    arrays.points = moved[0];
-    arrays.point_count = 8;
-    arrays.face_size = 4;
-    arrays.face_count = 6;
-    arrays.corners = corners;
-    arrays.corner_count = 24;
-    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
-    return mesh;
+    return check_mesh_of(context, moved[0], 8, 4, 6, corners);
 }
 
 /// Numbers from 0 to 1.

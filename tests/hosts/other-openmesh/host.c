@@ -12,7 +12,6 @@ static uint64_t repaired(void) {
     RlvContext context = RLV_NULL;
     RlvMesh made = RLV_NULL;
     RlvRepairReport report = RLV_REPAIR_REPORT_INIT;
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
     for (uint32_t ring = 0; ring <= RINGS; ++ring) {
         for (uint32_t segment = 0; segment < SEGMENTS; ++segment) {
             float *point = points + 3 * (ring * SEGMENTS + segment);
@@ -27,12 +26,8 @@ static uint64_t repaired(void) {
             }
         }
     }
-    arrays.points = points;
-    arrays.point_count = (RINGS + 1) * SEGMENTS;
-    arrays.face_size = 4;
-    arrays.face_count = (RINGS - FIRST) * SEGMENTS;
-    arrays.corners = corners + 4 * FIRST * SEGMENTS;
-    arrays.corner_count = 4 * arrays.face_count;
+    const RlvMeshArrays arrays =
+        check_faces(points, (RINGS + 1) * SEGMENTS, 4, (RINGS - FIRST) * SEGMENTS, corners + 4 * FIRST * SEGMENTS);
     CHECK_OK(rlv_context_create(NULL, &context));
     CHECK_OK(rlv_repair_arrays(context, &arrays, NULL, 0, NULL, NULL, NULL, &report, &made));
     CHECK(report.filled_holes == 1 && report.filling_points > 20 && report.after.boundary_edges == 0);
