@@ -1,4 +1,4 @@
-/* A bumpy sheet of triangles in a file, for the tests of crowds. */
+/* A bumpy sheet of triangles in a file and agents, for the tests of crowds. */
 #ifndef BUMPS_H
 #define BUMPS_H
 
@@ -19,6 +19,16 @@ static inline void check_write_bumps(const char *path, int side) {
         }
     }
     CHECK(fclose(text) == 0);
+}
+
+/* An agent of the first model at (x, 0, z), not turned. */
+static inline RlvCrowdAgent check_agent(double x, double z) {
+    RlvCrowdAgent agent;
+    memset(&agent, 0, sizeof agent);
+    agent.transform[0] = agent.transform[4] = agent.transform[8] = 1.0;
+    agent.transform[9] = x;
+    agent.transform[11] = z;
+    return agent;
 }
 
 #endif

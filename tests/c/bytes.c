@@ -76,21 +76,6 @@ static void of_progressive_meshes(RlvContext context, RlvMesh ball) {
     CHECK_OK(rlv_bytes_release(bytes));
 }
 
-/* A dent in every tile of a plate. */
-static void dent(RlvContext context, RlvDetail detail, double row) {
-    RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
-    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
-    RlvStrokePoint points[2] = {{{0.2, 0, 0}, 1.0, -1.0}, {{2.8, 0, 0}, 1.0, -1.0}};
-    RlvBrush brush = RLV_NULL;
-    points[0].position[1] = points[1].position[1] = row;
-    options.action = RLV_BRUSH_SCULPT;
-    options.height = 0.1f;
-    settings.radius = 0.3f;
-    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
-    CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, NULL));
-    CHECK_OK(rlv_brush_release(brush));
-}
-
 static RlvDetail plate(RlvSurface surface) {
     RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
     RlvDetail detail = RLV_NULL;
@@ -115,7 +100,7 @@ static void of_documents(RlvContext context) {
     for (int k = 0; k < 4; ++k) {
         CHECK_OK(rlv_document_begin(document, "a dent"));
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_save_bytes(document, &bytes), "under way");
-        dent(context, detail, 0.5 + 0.6 * k);
+        check_dent(context, detail, 0.5 + 0.6 * k);
         CHECK_OK(rlv_document_end(document, NULL));
     }
     CHECK_OK(rlv_document_undo(document, NULL));
@@ -132,7 +117,7 @@ static void of_documents(RlvContext context) {
     CHECK_OK(rlv_document_redo(again, &changes));
     CHECK(changes.is_done == 1 && changes.block_count > 2);
     CHECK_OK(rlv_document_begin(again, "one more"));
-    dent(context, other, 1.4);
+    check_dent(context, other, 1.4);
     CHECK_OK(rlv_document_end(again, &changes));
     CHECK(changes.is_done == 1);
     for (int k = 0; k < 5; ++k) {

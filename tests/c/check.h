@@ -146,19 +146,46 @@ static inline void check_look(RlvDetail detail, uint32_t tile, float *color, flo
     check_evaluate(detail, tile, 0.5f, 0.5f, arrays);
 }
 
+/* The first hit of a ray. */
+static inline RlvHit check_cast(RlvCaster caster, const float *origin, const float *direction) {
+    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
+    RlvHit hit;
+    rays.count = 1;
+    rays.origins = origin;
+    rays.directions = direction;
+    rays.hits = &hit;
+    CHECK_OK(rlv_caster_cast(caster, &rays));
+    return hit;
+}
+
+/* Draws a line between two points with a brush of the options and the radius. */
+static inline void check_line(RlvContext context, RlvDetail detail, const RlvBrushOptions *options, float radius,
+                              const RlvStrokePoint *points) {
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    RlvBrush brush = RLV_NULL;
+    settings.radius = radius;
+    CHECK_OK(rlv_brush_create(context, options, &settings, &brush));
+    CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, NULL));
+    CHECK_OK(rlv_brush_release(brush));
+}
+
 /* Paints or sculpts a line on a plane, from (0.3, 1, 0) to (x, y, 0). */
 static inline void check_stroke(RlvContext context, RlvDetail detail, uint32_t action, double x, double y, float radius) {
     RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
-    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
     const RlvStrokePoint points[2] = {{{0.3, 1.0, 0.0}, 1.0, -1.0}, {{x, y, 0.0}, 1.0, -1.0}};
-    RlvBrush brush = RLV_NULL;
     options.action = action;
     options.color[1] = 0.2f;
     options.height = 0.2f;
-    settings.radius = radius;
-    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
-    CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, NULL));
-    CHECK_OK(rlv_brush_release(brush));
+    check_line(context, detail, &options, radius, points);
+}
+
+/* A dent along a row of a plate, from x = 0.2 to 2.8. */
+static inline void check_dent(RlvContext context, RlvDetail detail, double row) {
+    RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
+    const RlvStrokePoint points[2] = {{{0.2, row, 0.0}, 1.0, -1.0}, {{2.8, row, 0.0}, 1.0, -1.0}};
+    options.action = RLV_BRUSH_SCULPT;
+    options.height = 0.1f;
+    check_line(context, detail, &options, 0.3f, points);
 }
 
 #endif

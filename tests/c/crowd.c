@@ -1,6 +1,6 @@
 /* Crowds: a bending arm is built, as a call and as a job, written and read, its clusters and poses are taken out, and
  * agents are placed, moved and cut into draws; and what is refused. */
-#include "check.h"
+#include "bumps.h"
 
 #include <stddef.h>
 
@@ -262,15 +262,6 @@ static void check_parts(RlvCrowdModel model) {
     free(clusters);
 }
 
-static RlvCrowdAgent agent_at(double x, double z) {
-    RlvCrowdAgent agent;
-    memset(&agent, 0, sizeof agent);
-    agent.transform[0] = agent.transform[4] = agent.transform[8] = 1.0;
-    agent.transform[9] = x;
-    agent.transform[11] = z;
-    return agent;
-}
-
 /* Writes where a vertex goes by the formulas of RlvCrowdBlend. rows has the dual rows of a pose. */
 static void blended(const float *rows, const uint32_t *bones, const float *weights, const double *place, double *out) {
     double stretch[9] = {0.0}, turn[4] = {0.0}, dual[4] = {0.0}, moved[3] = {0.0}, length = 0.0;
@@ -316,7 +307,7 @@ static void blended(const float *rows, const uint32_t *bones, const float *weigh
 /* A model whose bones are blended as dual quaternions has larger errors, and a host that poses its vertices by the dual rows
  * of a frame has them where the library has them. */
 static void check_blends(RlvContext context, RlvCrowdModel model) {
-    const RlvCrowdAgent agent = agent_at(0.0, -8.0);
+    const RlvCrowdAgent agent = check_agent(0.0, -8.0);
     const double time = 5.0 / 6.0;
     RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT, other = RLV_CROWD_MODEL_INFO_INIT;
     RlvCrowdVertices vertices = RLV_CROWD_VERTICES_INIT;
@@ -453,7 +444,7 @@ static uint32_t drawn_by(RlvCrowd crowd, const RlvCrowdView *view) {
 
 /* Agents before the camera, on either side of what it sees and behind it. Agents are drawn from which shadows fall into view. */
 static void check_shadows(RlvContext context, RlvCrowdModel model) {
-    const RlvCrowdAgent agents[4] = {agent_at(0.0, -4.0), agent_at(30.0, -4.0), agent_at(-30.0, -4.0), agent_at(0.0, 20.0)};
+    const RlvCrowdAgent agents[4] = {check_agent(0.0, -4.0), check_agent(30.0, -4.0), check_agent(-30.0, -4.0), check_agent(0.0, 20.0)};
     RlvCrowdSun suns[2] = {{{0.0, 0.05, 1.0}, 0.005}, {{3.0, 0.15, 0.0}, 0.005}};
     RlvCrowdView view = RLV_CROWD_VIEW_INIT;
     RlvCrowd crowd = RLV_NULL;
@@ -510,7 +501,7 @@ static void check_shadows(RlvContext context, RlvCrowdModel model) {
 
 /* An agent with weights of its own is drawn with them, and with more triangles; without them as before. */
 static void check_weights(RlvContext context, RlvCrowdModel model) {
-    const RlvCrowdAgent agents[2] = {agent_at(-1.0, -20.0), agent_at(1.0, -20.0)};
+    const RlvCrowdAgent agents[2] = {check_agent(-1.0, -20.0), check_agent(1.0, -20.0)};
     RlvCrowdView view = RLV_CROWD_VIEW_INIT;
     RlvCrowdFrame before = RLV_CROWD_FRAME_INIT, after = RLV_CROWD_FRAME_INIT;
     RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
@@ -570,7 +561,7 @@ static void check_weights(RlvContext context, RlvCrowdModel model) {
 
 /* Vertices go to others that are removed later, and in most views some are on their way. */
 static void check_geomorphs(RlvContext context, RlvCrowdModel model) {
-    const RlvCrowdAgent agent = agent_at(0.0, 0.0);
+    const RlvCrowdAgent agent = check_agent(0.0, 0.0);
     RlvCrowdView view = RLV_CROWD_VIEW_INIT;
     RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
     RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
@@ -633,7 +624,7 @@ static void check_impostors(RlvContext context, RlvCrowdModel model) {
     CHECK_OK(rlv_crowd_model_info(model, &info));
     for (int agent = 0; agent < AGENTS; ++agent) {
         /* All far ones on one side of the view, so that they are seen from one direction. */
-        agents[agent] = agent == 0 ? agent_at(0.0, -4.0) : agent_at(3.0 + 0.2 * agent, -300.0);
+        agents[agent] = agent == 0 ? check_agent(0.0, -4.0) : check_agent(3.0 + 0.2 * agent, -300.0);
         agents[agent].phase = agent % 2 / 6.0;
     }
     CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));
@@ -703,7 +694,7 @@ static void check_draws(RlvContext context, RlvCrowdModel model) {
     uint32_t first = 77;
     CHECK_OK(rlv_crowd_model_info(model, &info));
     for (int agent = 0; agent < AGENTS; ++agent) {
-        agents[agent] = agent_at(0.0, agent == AGENTS - 1 ? 20.0 : -4.0 * agent);
+        agents[agent] = check_agent(0.0, agent == AGENTS - 1 ? 20.0 : -4.0 * agent);
         agents[agent].phase = agent % 2 / 6.0;
     }
     /* The model twice: vertices and indices of the second follow those of the first. */
@@ -772,7 +763,7 @@ static void check_draws(RlvContext context, RlvCrowdModel model) {
 
     /* All far away: fewer triangles, and agents of one step share their draws. */
     for (int agent = 0; agent < AGENTS; ++agent) {
-        agents[agent] = agent_at(agent, -400.0);
+        agents[agent] = check_agent(agent, -400.0);
     }
     CHECK_OK(rlv_crowd_set(crowd, 0, agents, AGENTS, 0));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &buffers), "rlv_crowd_cut");
@@ -783,7 +774,7 @@ static void check_draws(RlvContext context, RlvCrowdModel model) {
 
     /* A wide agent before small ones, which it hides from the first cut on. */
     for (int agent = 0; agent < AGENTS; ++agent) {
-        agents[agent] = agent_at(0.0, agent == 0 ? 0.0 : -10.0 - agent);
+        agents[agent] = check_agent(0.0, agent == 0 ? 0.0 : -10.0 - agent);
         agents[agent].transform[0] = agents[agent].transform[4] = agents[agent].transform[8] = agent == 0 ? 4.0 : 0.05;
     }
     RlvCrowdFrame culled = RLV_CROWD_FRAME_INIT;

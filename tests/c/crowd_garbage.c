@@ -1,15 +1,13 @@
 /* What a host may hand over by mistake to crowds: NULL, handles that are dead, of another noun or made up, descriptors of other
  * sizes, numbers that are none, and threads at once. All is an error by the rules of the headers, or done. */
 #include "bumps.h"
+#include "garbage.h"
 
 #include <pthread.h>
 
 enum { SIDE = 12, POINTS = SIDE * SIDE, AGENTS = 3, ROUNDS = 12, MOST = 4096 };
 static const char *const PATH = "crowd_garbage.obj";
 static const RlvCrowdAgent AHEAD = {0, 0, 0.0, {1, 0, 0, 0, 1, 0, 0, 0, 1, -0.5, -0.5, -4}};
-
-/* An entry of the list below: whatever the handle. */
-typedef RlvResult (*ByHandle)(uint64_t id);
 
 static RlvContext known;
 
@@ -65,10 +63,7 @@ static RlvResult cut_there(uint64_t id) { const RlvCrowdView view = view_of(); r
 /* The nouns whose handles a function takes. */
 enum { CONTEXT, JOB, MODEL, CROWD, ON_DEVICE, NOUNS };
 
-static const struct {
-    ByHandle call;
-    int noun;
-} FUNCTIONS[] = {
+static const HandleFunction FUNCTIONS[] = {
     {build_model, CONTEXT},    {refit, MODEL},              {read_model, CONTEXT},     {write_model, MODEL},
     {read_bytes, CONTEXT},     {write_bytes, MODEL},        {retain_model, MODEL},     {release_model, MODEL},
     {model_info, MODEL},       {model_clip, MODEL},         {material, MODEL},         {vertices, MODEL},
@@ -115,14 +110,7 @@ static void check_handles(RlvContext context, Objects objects) {
     const uint64_t others[] = {0, 1, UINT64_MAX, dead.model.id, dead.crowd.id, dead.job.id, objects.model.id ^ (UINT64_C(1) << 40),
                                objects.crowd.id + 1};
     for (size_t k = 0; k < sizeof FUNCTIONS / sizeof *FUNCTIONS; ++k) {
-        for (int noun = 0; noun < NOUNS; ++noun) {
-            if (noun != FUNCTIONS[k].noun) {
-                CHECK(FUNCTIONS[k].call(alive[noun]) == RLV_ERROR_INVALID && rlv_error_last()[0] != 0);
-            }
-        }
-        for (size_t other = 0; other < sizeof others / sizeof *others; ++other) {
-            CHECK(FUNCTIONS[k].call(others[other]) == RLV_ERROR_INVALID && rlv_error_last()[0] != 0);
-        }
+        check_handle_function(FUNCTIONS[k], alive, NOUNS, others, sizeof others / sizeof *others);
     }
 }
 

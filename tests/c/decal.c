@@ -23,6 +23,19 @@ static void set_pins(RlvDecalPin pins[4]) {
     }
 }
 
+/* Makes an image white in its one channel. Returns its pixels, for free(). */
+static float *make_white(RlvDecalImage *image) {
+    float *pixels = malloc(WIDTH * HEIGHT * 4);
+    CHECK(pixels != NULL);
+    for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
+        pixels[pixel] = 1.0f;
+    }
+    image->channels = 1;
+    image->pixels = pixels;
+    image->pixel_count = WIDTH * HEIGHT;
+    return pixels;
+}
+
 static void lay_on_mesh(RlvContext context, RlvMesh plane) {
     RlvDecalPin pins[4];
     RlvDecalOptions options = RLV_DECAL_OPTIONS_INIT;
@@ -240,14 +253,7 @@ static void write_on_triangles(RlvContext context, RlvMesh plane) {
     const uint32_t inside = 2 * (4 * 10 + 4), outside = 2 * (1 * 10 + 1);
     const float middle[2] = {0.3f, 0.3f};
     float color[4], moved[3], height = 0.0f;
-    float *pixels = malloc(WIDTH * HEIGHT * 4);
-    CHECK(pixels != NULL);
-    for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
-        pixels[pixel] = 1.0f;
-    }
-    image.channels = 1;
-    image.pixels = pixels;
-    image.pixel_count = WIDTH * HEIGHT;
+    float *pixels = make_white(&image);
     kind.kind = RLV_SURFACE_TRIANGLES;
     CHECK_OK(rlv_surface_create(context, plane, &kind, &surface));
     detail_options.tile_size = paint.tile_size = 16;
@@ -536,14 +542,7 @@ static void keep_in_document(RlvContext context, RlvMesh plane, uint32_t kind, u
     float color[4], height = 0.0f;
     uint32_t id = 77;
     size_t count = 77;
-    float *pixels = malloc(WIDTH * HEIGHT * 4);
-    CHECK(pixels != NULL);
-    for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
-        pixels[pixel] = 1.0f;
-    }
-    image.channels = 1;
-    image.pixels = pixels;
-    image.pixel_count = WIDTH * HEIGHT;
+    float *pixels = make_white(&image);
     surface_options.kind = kind;
     CHECK_OK(rlv_surface_create(context, plane, &surface_options, &surface));
     detail_options.tile_size = paint.tile_size = 16;

@@ -31,15 +31,6 @@ static RlvCrowdModel make(RlvContext context) {
     return model;
 }
 
-static RlvCrowdAgent agent_at(double x, double z) {
-    RlvCrowdAgent agent;
-    memset(&agent, 0, sizeof agent);
-    agent.transform[0] = agent.transform[4] = agent.transform[8] = 1.0;
-    agent.transform[9] = x;
-    agent.transform[11] = z;
-    return agent;
-}
-
 static RlvCrowdBuffers room_in(Kept *kept) {
     RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
     buffers.draws = kept->draws;
@@ -115,8 +106,8 @@ static void check_occlusion(RlvCrowd crowd, RlvDeviceCrowd device, RlvCrowdView 
     RlvDeviceCrowdInfo all = RLV_DEVICE_CROWD_INFO_INIT, fewer = RLV_DEVICE_CROWD_INFO_INIT;
     RlvCrowdAgent row[AGENTS + 1], before[AGENTS + 1];
     for (int agent = 0; agent <= AGENTS; ++agent) {
-        row[agent] = agent_at(0.01 * agent, -0.5 * agent);
-        before[agent] = agent_at(3.0 * (agent % 5) - 7.0, -6.0 * (agent / 5));
+        row[agent] = check_agent(0.01 * agent, -0.5 * agent);
+        before[agent] = check_agent(3.0 * (agent % 5) - 7.0, -6.0 * (agent / 5));
     }
     CHECK_OK(rlv_crowd_set(crowd, 0, row, AGENTS + 1, 0));
     view.eye[0] = view.target[0] = 1.2;
@@ -136,7 +127,7 @@ static void check_occlusion(RlvCrowd crowd, RlvDeviceCrowd device, RlvCrowdView 
 /* Models whose bones are blended in one way are culled by occlusion, also as dual quaternions, in two ways not. */
 static void check_blends(RlvContext context, RlvCrowdModel model, RlvCrowdView view) {
     RlvCrowdModel models[2] = {model, RLV_NULL};
-    RlvCrowdAgent agents[2] = {agent_at(0.0, 0.0), agent_at(0.0, -4.0)};
+    RlvCrowdAgent agents[2] = {check_agent(0.0, 0.0), check_agent(0.0, -4.0)};
     RlvDeviceCrowdInfo info = RLV_DEVICE_CROWD_INFO_INIT;
     RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
     CHECK_OK(rlv_crowd_model_with_blend(model, RLV_CROWD_BLEND_DUAL_QUATERNION, &models[1]));
@@ -196,7 +187,7 @@ int main(int argc, char **argv) {
     model = make(context);
     CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));
     for (int agent = 0; agent < AGENTS; ++agent) {
-        agents[agent] = agent_at(3.0 * (agent % 5) - 7.0, -6.0 * (agent / 5));
+        agents[agent] = check_agent(3.0 * (agent % 5) - 7.0, -6.0 * (agent / 5));
     }
     CHECK_OK(rlv_crowd_add(crowd, agents, AGENTS, 0, NULL));
     CHECK_OK(rlv_device_crowd_create(crowd, &device));

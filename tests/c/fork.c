@@ -30,17 +30,10 @@ static Host begin(void) {
 /* Works on the threads of the context, and casts a ray. */
 static void work(const Host *host) {
     static const float origin[3] = {3.25f, 2.5f, 2}, direction[3] = {0, 0, -1};
-    RlvHit hit;
-    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
     RlvMesh mesh = RLV_NULL;
     CHECK_OK(rlv_tessellate_detail(host->detail, NULL, &mesh));
     CHECK_OK(rlv_mesh_release(mesh));
-    rays.count = 1;
-    rays.origins = origin;
-    rays.directions = direction;
-    rays.hits = &hit;
-    CHECK_OK(rlv_caster_cast(host->caster, &rays));
-    CHECK_NEAR(hit.distance, 2, 1e-5);
+    CHECK_NEAR(check_cast(host->caster, origin, direction).distance, 2, 1e-5);
 }
 
 static void end(const Host *host) {

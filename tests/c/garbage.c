@@ -2,11 +2,9 @@
  * of triangles: NULL, handles that are dead, of another noun or made up, descriptors of other sizes, numbers that are none, and two threads
  * at once. All is an error by the rules of the headers, or done. */
 #include "ball.h"
+#include "garbage.h"
 
 #include <pthread.h>
-
-/* An entry of the list below: whatever the handle, NULL is given for all that is written or read. */
-typedef RlvResult (*ByHandle)(uint64_t id);
 
 static RlvResult count_layers(uint64_t id) { size_t count; return rlv_layer_count((RlvDetail){id}, &count); }
 static RlvResult layer_info(uint64_t id) { RlvLayerInfo out = RLV_LAYER_INFO_INIT; return rlv_layer_info((RlvDetail){id}, 0, &out); }
@@ -132,10 +130,7 @@ static RlvResult vulkan_on_device(uint64_t id) { RlvDeviceLevelVulkan out = RLV_
 /* The nouns whose handles a function takes. */
 enum { CONTEXT, MESH, DETAIL, DOCUMENT, PICTURE, PROCEDURAL, JOB, BEZIER, BUFFER, COLORS, PROGRESSIVE, LEVEL, ON_DEVICE, NOUNS };
 
-static const struct {
-    ByHandle call;
-    int noun;
-} FUNCTIONS[] = {
+static const HandleFunction FUNCTIONS[] = {
     {count_layers, DETAIL},       {layer_info, DETAIL},          {add_layer, DETAIL},           {set_layer, DETAIL},
     {activate, DETAIL},           {rename_layer, DETAIL},        {place_layer, DETAIL},         {remove_layer, DETAIL},
     {merge_layer, DETAIL},        {flatten, DETAIL},             {create_document, DETAIL},     {open_document, DETAIL},
@@ -244,14 +239,7 @@ static void check_handles(RlvContext context, Objects objects) {
                                dead.job.id, dead.bezier.id, dead.progressive.id, dead.level.id,
                                objects.detail.id ^ (UINT64_C(1) << 40), objects.picture.id + 1};
     for (size_t k = 0; k < sizeof FUNCTIONS / sizeof *FUNCTIONS; ++k) {
-        for (int noun = 0; noun < NOUNS; ++noun) {
-            if (noun != FUNCTIONS[k].noun) {
-                CHECK(FUNCTIONS[k].call(alive[noun]) == RLV_ERROR_INVALID && rlv_error_last()[0] != 0);
-            }
-        }
-        for (size_t other = 0; other < sizeof others / sizeof *others; ++other) {
-            CHECK(FUNCTIONS[k].call(others[other]) == RLV_ERROR_INVALID && rlv_error_last()[0] != 0);
-        }
+        check_handle_function(FUNCTIONS[k], alive, NOUNS, others, sizeof others / sizeof *others);
     }
 }
 

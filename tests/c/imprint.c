@@ -266,15 +266,9 @@ int main(void) {
 
     /* Rays hit the dent, and say where it is. */
     RlvCaster caster = RLV_NULL;
-    RlvHit hit;
     const float origin[3] = {2.5f, 2.5f, 2.0f}, direction[3] = {0, 0, -1};
-    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
-    rays.count = 1;
-    rays.origins = origin;
-    rays.directions = direction;
-    rays.hits = &hit;
     CHECK_OK(rlv_caster_create_detail(detail, NULL, &caster));
-    CHECK_OK(rlv_caster_cast(caster, &rays));
+    const RlvHit hit = check_cast(caster, origin, direction);
     CHECK(hit.tile == 14 && hit.face == 14);
     CHECK_NEAR(hit.u, 0.5, 0.01);
     CHECK_NEAR(hit.position[2], out[1][2], 0.005);

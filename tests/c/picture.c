@@ -55,6 +55,16 @@ static float look_up(RlvPicture picture, uint32_t image, uint32_t channel, uint3
            t * ((1 - s) * corners[2][channel] + s * corners[3][channel]);
 }
 
+static void evaluate(RlvDetail detail, size_t count, const uint32_t *tiles, const float *uvs, float *heights, float *colors) {
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    arrays.count = count;
+    arrays.tiles = tiles;
+    arrays.uvs = uvs;
+    arrays.displacements = heights;
+    arrays.colors = colors;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+}
+
 /* A document of triangles: the middles of texels and their places on the sides have what the detail has, elsewhere it is
  * near, and both faces of a side agree. */
 static void check_triangles(RlvContext context, const char *path) {
@@ -69,7 +79,6 @@ static void check_triangles(RlvContext context, const char *path) {
     RlvLayerOptions half = RLV_LAYER_OPTIONS_INIT;
     RlvPictureInfo info = RLV_PICTURE_INFO_INIT;
     RlvPictureImage image = RLV_PICTURE_IMAGE_INIT;
-    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
     uint32_t layer = 0;
     RlvMesh plane = check_plane(context, 3, 3);
     kind.kind = RLV_SURFACE_TRIANGLES;
@@ -127,12 +136,7 @@ static void check_triangles(RlvContext context, const char *path) {
         }
         }
     }
-    arrays.count = PLACES;
-    arrays.tiles = tiles;
-    arrays.uvs = uvs[0];
-    arrays.displacements = heights;
-    arrays.colors = colors[0];
-    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    evaluate(detail, PLACES, tiles, uvs[0], heights, colors[0]);
     float highest = 0.0f;
     for (uint32_t k = 0; k < PLACES; ++k) {
         CHECK_NEAR(look_up(picture, 1, 0, tiles[k], uvs[k][0], uvs[k][1]), heights[k], k / RUN < 4 ? 1e-5 : 1.5e-2);
@@ -167,7 +171,6 @@ static void check_document(RlvContext context, RlvDetail detail, const char *pat
     RlvPicture picture = RLV_NULL;
     RlvPictureInfo info = RLV_PICTURE_INFO_INIT;
     RlvPictureImage image = RLV_PICTURE_IMAGE_INIT;
-    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
     CHECK_OK(rlv_picture_open(context, path, &picture));
     CHECK_OK(rlv_picture_info(picture, &info));
     CHECK(info.format == RLV_PICTURE_DOCUMENT && info.image_count == 2 && info.face_count == 9 && info.tile_count == 9);
@@ -194,12 +197,7 @@ static void check_document(RlvContext context, RlvDetail detail, const char *pat
         uvs[9 + k][0] = k % 2 ? 0.0f : 1.0f;
         uvs[9 + k][1] = (0.5f + (float)(k / 2 * 7)) / SIDE;
     }
-    arrays.count = PLACES;
-    arrays.tiles = tiles;
-    arrays.uvs = uvs[0];
-    arrays.displacements = heights;
-    arrays.colors = colors[0];
-    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    evaluate(detail, PLACES, tiles, uvs[0], heights, colors[0]);
     float highest = 0.0f;
     for (uint32_t k = 0; k < PLACES; ++k) {
         CHECK_NEAR(look_up(picture, 1, 0, tiles[k], uvs[k][0], uvs[k][1]), heights[k], 2e-4);

@@ -82,27 +82,13 @@ static RlvDetail plate(RlvSurface surface) {
     return detail;
 }
 
-static void dent(RlvContext context, RlvDetail detail, double row) {
-    RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
-    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
-    RlvStrokePoint points[2] = {{{0.2, 0, 0}, 1.0, -1.0}, {{2.8, 0, 0}, 1.0, -1.0}};
-    RlvBrush brush = RLV_NULL;
-    points[0].position[1] = points[1].position[1] = row;
-    options.action = RLV_BRUSH_SCULPT;
-    options.height = 0.1f;
-    settings.radius = 0.3f;
-    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
-    CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, NULL));
-    CHECK_OK(rlv_brush_release(brush));
-}
-
 /* Begins an edit, dents and ends it; the first failure of these. */
 static RlvResult edited(RlvContext context, RlvDetail detail, RlvDocument document, double row) {
     const RlvResult begun = rlv_document_begin(document, "a dent");
     if (begun != RLV_OK) {
         return begun;
     }
-    dent(context, detail, row);
+    check_dent(context, detail, row);
     return rlv_document_end(document, NULL);
 }
 

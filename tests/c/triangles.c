@@ -60,14 +60,9 @@ static void stroke(RlvContext context, RlvDetail detail, uint32_t action, float 
 /* The radius of the ball's surface over a direction, by a ray. */
 static float radius(RlvDetail detail, float x, float y, float z, RlvHit *hit) {
     RlvCaster caster = RLV_NULL;
-    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
     const float origin[3] = {3 * x, 3 * y, 3 * z}, direction[3] = {-x, -y, -z};
     CHECK_OK(rlv_caster_create_detail(detail, NULL, &caster));
-    rays.count = 1;
-    rays.origins = origin;
-    rays.directions = direction;
-    rays.hits = hit;
-    CHECK_OK(rlv_caster_cast(caster, &rays));
+    *hit = check_cast(caster, origin, direction);
     CHECK_OK(rlv_caster_release(caster));
     return sqrtf(hit->position[0] * hit->position[0] + hit->position[1] * hit->position[1] +
                  hit->position[2] * hit->position[2]);

@@ -13,13 +13,7 @@ int main(void) {
     RlvMesh plane = check_plane(context, 2, 2);
     CHECK_OK(rlv_caster_create_mesh(context, plane, &caster));
     static const float origin[3] = {0.5f, 0.5f, 1}, direction[3] = {0, 0, -1};
-    RlvHit hit;
-    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
-    rays.count = 1;
-    rays.origins = origin;
-    rays.directions = direction;
-    rays.hits = &hit;
-    CHECK_OK(rlv_caster_cast(caster, &rays));
+    const RlvHit hit = check_cast(caster, origin, direction);
     CHECK_NEAR(hit.distance, 1, 1e-6);
     CHECK(hit.face == 0);
     CHECK(other_embree_calls == 1);

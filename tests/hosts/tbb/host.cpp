@@ -60,14 +60,7 @@ int main() {
             RlvCaster caster = RLV_NULL;
             CHECK_OK(rlv_caster_create_mesh(context, plane, &caster));
             const float origin[3] = {0.3f + float(k), 0.2f, 1}, direction[3] = {0, 0, -1};
-            RlvHit hit;
-            RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
-            rays.count = 1;
-            rays.origins = origin;
-            rays.directions = direction;
-            rays.hits = &hit;
-            CHECK_OK(rlv_caster_cast(caster, &rays));
-            hits += hit.face == uint32_t(k);
+            hits += check_cast(caster, origin, direction).face == uint32_t(k);
             CHECK_OK(rlv_caster_release(caster));
             CHECK_OK(rlv_mesh_release(plane));
         });
