@@ -315,6 +315,17 @@ pub unsafe fn put<T>(to: *mut T, value: T) {
     unsafe { to.write_unaligned(value) };
 }
 
+/// Writes one value through an output pointer, where NULL says that it is not wanted.
+///
+/// # Safety
+/// `to` is NULL or a pointer to which a `T` may be written.
+pub unsafe fn put_optional<T>(to: *mut T, value: T) {
+    if !to.is_null() {
+        // SAFETY: promised by the caller.
+        unsafe { put(to, value) };
+    }
+}
+
 /// Checks that the output pointer called `name` is there; called before the work whose result goes there.
 ///
 /// # Errors

@@ -12,7 +12,7 @@ use crate::border::array::{Input, present, put};
 use crate::border::descriptor::{numbered, read_descriptor};
 use crate::border::registry::{self, handle, try_write};
 use crate::runtime::context::RlvContext;
-use crate::runtime::parameter::{RlvParameter, Table, settings, table};
+use crate::runtime::parameter::{RlvParameter, Table, settings, write_table};
 
 handle!(RlvBrush, 8, BrushObject);
 
@@ -100,26 +100,17 @@ impl RlvBrushOptions {
     }
 }
 
-fn parameters(rows: &'static [RlvParameter], params: *mut *const RlvParameter, count: *mut usize) -> Result<()> {
-    present("params", params)?;
-    present("count", count)?;
-    // SAFETY: both were checked above.
-    unsafe {
-        put(params, rows.as_ptr());
-        put(count, rows.len());
-    }
-    Ok(())
-}
-
 entry! {
     fn rlv_brush_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
-        parameters(table(&TABLE, StrokeSettings::PARAMETERS), params, count)
+        // SAFETY: the caller gives pointers to which a value may be written, or NULL.
+        unsafe { write_table(&TABLE, StrokeSettings::PARAMETERS, params, count) }
     }
 
     fn rlv_brush_stamp_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
-        parameters(table(&TABLE, StampSettings::PARAMETERS), params, count)
+        // SAFETY: the caller gives pointers to which a value may be written, or NULL.
+        unsafe { write_table(&TABLE, StampSettings::PARAMETERS, params, count) }
     }
 
     fn rlv_brush_create(context: RlvContext, options: *const RlvBrushOptions, settings: *const RlvBrushSettings, out: *mut RlvBrush) {

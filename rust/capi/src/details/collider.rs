@@ -13,7 +13,7 @@ use crate::border::making::Making;
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::details::detail::{RlvDetail, transform};
 use crate::runtime::context::{ContextObject, RlvContext};
-use crate::runtime::parameter::{RlvParameter, Table, settings, table};
+use crate::runtime::parameter::{RlvParameter, Table, settings, write_table};
 use crate::surfaces::mesh::RlvMesh;
 use crate::surfaces::surface::RlvSurface;
 use crate::surfaces::tessellate::{Cells, RlvTessellateOptions, bare_mesh, tessellate_bare_view};
@@ -193,15 +193,8 @@ entry! {
 
     fn rlv_collider_press_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
-        present("params", params)?;
-        present("count", count)?;
-        let rows = table(&TABLE, ToolSettings::PARAMETERS);
-        // SAFETY: both were checked above.
-        unsafe {
-            put(params, rows.as_ptr());
-            put(count, rows.len());
-        }
-        Ok(())
+        // SAFETY: the caller gives pointers to which a value may be written, or NULL.
+        unsafe { write_table(&TABLE, ToolSettings::PARAMETERS, params, count) }
     }
 
     fn rlv_collider_press(

@@ -4,7 +4,7 @@
 use std::ffi::c_void;
 use std::sync::{Arc, RwLock};
 
-use relievo_core::{Error, Result};
+use relievo_core::Result;
 use relievo_gpu::{Device, wgpu};
 use relievo_tiles::{ByFormat, ColorTexel, DeviceMips, DeviceRing, DeviceTiles, Field, Rgba8, Rgba16, by_format};
 
@@ -13,7 +13,7 @@ use crate::border::descriptor::{check_optional, write_descriptor, write_optional
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::details::detail::{DetailObject, RLV_CHANNEL_COLOR, RLV_COLOR_RGBA8, RLV_COLOR_RGBA16F, RlvDetail, missing};
 use crate::details::view::{View, ViewKind};
-use crate::runtime::buffer::{Objects, objects, settle};
+use crate::runtime::buffer::{objects, settle, vulkan_objects};
 use crate::surfaces::shape::only_cages;
 
 handle!(RlvColorBuffer, 18, ColorBufferObject);
@@ -32,16 +32,8 @@ descriptor! {
     }
 }
 
-descriptor! {
+vulkan_objects! {
     pub struct RlvColorBufferVulkan {
-        struct_size: u32,
-        queue_family: u32,
-        queue_index: u32,
-        reserved: u32,
-        instance: u64,
-        physical_device: u64,
-        device: u64,
-        queue: u64,
         tiles: u64,
         texels: u64,
         mip_firsts: u64,
@@ -203,29 +195,10 @@ entry! {
     fn rlv_color_buffer_vulkan(buffer: RlvColorBuffer, out: *mut RlvColorBufferVulkan) {
         let object = registry::get(buffer)?;
         object.device.check()?;
-        let found = objects(&object.device, try_read(&object.uploaded, "color buffer")?.buffers()).ok_or_else(|| {
-            Error::unsupported(format!("{} hands out no Vulkan objects", object.device.summary()))
-                .at("buffer")
-                .advise("copy the texels with rlv_color_buffer_read or rlv_detail_read_block")
-        })?;
-        let Objects { queue_family, queue_index, instance, physical_device, device, queue, buffers } = found;
-        let [tiles, texels, mip_firsts, mips] = buffers;
-        let found = RlvColorBufferVulkan {
-            struct_size: 0,
-            queue_family,
-            queue_index,
-            reserved: 0,
-            instance,
-            physical_device,
-            device,
-            queue,
-            tiles,
-            texels,
-            mip_firsts,
-            mips,
-        };
+        let advice = "copy the texels with rlv_color_buffer_read or rlv_detail_read_block";
+        let found = objects(&object.device, try_read(&object.uploaded, "color buffer")?.buffers(), "buffer", advice)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, found) }
+        unsafe { write_descriptor(out, RlvColorBufferVulkan::of(found)) }
     }
 
     fn rlv_color_buffer_read(

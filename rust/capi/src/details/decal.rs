@@ -17,7 +17,7 @@ use relievo_render::Image;
 use relievo_tiles::triangle::TriangleTessellation;
 use relievo_tiles::{Tessellation, uniform_rates};
 
-use crate::border::array::{Input, Output, Plain, present, put};
+use crate::border::array::{Input, Output, Plain, present, put, put_optional};
 use crate::border::descriptor::{check_optional, read_descriptor, read_optional, write_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::details::detail::{
@@ -735,10 +735,8 @@ entry! {
             }
         }
         out.fill(canvas.data().iter().copied());
-        if !painted.is_null() {
-            // SAFETY: not NULL, and the caller gives room for a number.
-            unsafe { put(painted, done.painted.iter().filter(|is_painted| **is_painted).count()) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(painted, done.painted.iter().filter(|is_painted| **is_painted).count()) };
         Ok(())
     }
 

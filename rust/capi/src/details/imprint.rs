@@ -11,13 +11,13 @@ use relievo_tiles::trace::Trace;
 use relievo_tiles::triangle::TriangleChannel;
 use relievo_tiles::{Displacement, Traces};
 
-use crate::border::array::{Input, present, put};
+use crate::border::array::Input;
 use crate::border::descriptor::{check_optional, read_optional, write_optional};
 use crate::border::registry::{self, try_read, try_write};
 use crate::details::collider::{ColliderObject, RlvCollider};
 use crate::details::detail::{DetailObject, Editor, RlvDetail, log_refusal, tiles, transform};
 use crate::runtime::context::{HostProgress, RlvProgress};
-use crate::runtime::parameter::{RlvParameter, Table, settings, table};
+use crate::runtime::parameter::{RlvParameter, Table, settings, write_table};
 
 settings!(RlvImprintSettings, ImprintSettings);
 
@@ -225,15 +225,8 @@ pub fn sweep(
 entry! {
     fn rlv_imprint_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
-        present("params", params)?;
-        present("count", count)?;
-        let rows = table(&TABLE, ImprintSettings::PARAMETERS);
-        // SAFETY: both were checked above.
-        unsafe {
-            put(params, rows.as_ptr());
-            put(count, rows.len());
-        }
-        Ok(())
+        // SAFETY: the caller gives pointers to which a value may be written, or NULL.
+        unsafe { write_table(&TABLE, ImprintSettings::PARAMETERS, params, count) }
     }
 
     fn rlv_imprint_run(

@@ -2,11 +2,11 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, RwLock};
 
-use relievo_core::{Error, Result};
+use relievo_core::Result;
 use relievo_gpu::Frame;
 use relievo_lod::progressive::{Buffers, Cut, DeviceFront, DeviceLevel, KeyedEdit, Update};
 
-use crate::border::array::{present, put};
+use crate::border::array::{present, put, put_optional};
 use crate::border::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::border::work::broken;
@@ -15,7 +15,7 @@ use crate::levels::level::{
     nothing, read_view,
 };
 use crate::levels::progressive::{ProgressiveObject, RlvProgressive};
-use crate::runtime::buffer::{Objects, objects, settle};
+use crate::runtime::buffer::{objects, settle, vulkan_objects};
 
 handle!(RlvDeviceLevel, 20, DeviceLevelObject);
 
@@ -31,16 +31,8 @@ descriptor! {
     }
 }
 
-descriptor! {
+vulkan_objects! {
     pub struct RlvDeviceLevelVulkan {
-        struct_size: u32,
-        queue_family: u32,
-        queue_index: u32,
-        reserved: u32,
-        instance: u64,
-        physical_device: u64,
-        device: u64,
-        queue: u64,
         vertices: u64,
         triangles: u64,
         arguments: u64,
@@ -144,10 +136,8 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays of their counts.
         let edit = unsafe { edit::read_edit(edit) }?;
         let count = object.change(|level| level.edit(&edit))?;
-        if !reached.is_null() {
-            // SAFETY: it is not NULL, and the caller promises a place.
-            unsafe { put(reached, count) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(reached, count) };
         Ok(())
     }
 
@@ -174,10 +164,8 @@ entry! {
     fn rlv_device_level_set_time(level: RlvDeviceLevel, time: f64, reached: *mut usize) {
         let object = registry::get(level)?;
         let count = object.change(|level| level.pose(&object.motions()?, time))?;
-        if !reached.is_null() {
-            // SAFETY: it is not NULL, and the caller promises a place.
-            unsafe { put(reached, count) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(reached, count) };
         Ok(())
     }
 
@@ -247,31 +235,12 @@ entry! {
             level.wedge_values().map_or(vertices, |values| values.wgpu()),
             level.face_values().map_or(vertices, |values| values.wgpu()),
         ];
-        let found = objects(device, buffers).ok_or_else(|| {
-            Error::unsupported(format!("{} hands out no Vulkan objects", device.summary()))
-                .at("level")
-                .advise("copy the mesh with rlv_device_level_read")
-        })?;
-        let Objects { queue_family, queue_index, instance, physical_device, device, queue, buffers } = found;
-        let [vertices, triangles, arguments, wedges, wedge_values, face_values] = buffers;
-        let told = |buffer: u64| if attributes { buffer } else { 0 };
-        let found = RlvDeviceLevelVulkan {
-            struct_size: 0,
-            queue_family,
-            queue_index,
-            reserved: 0,
-            instance,
-            physical_device,
-            device,
-            queue,
-            vertices,
-            triangles,
-            arguments,
-            wedges: told(wedges),
-            wedge_values: told(wedge_values),
-            face_values: told(face_values),
-        };
+        let found = objects(device, buffers, "level", "copy the mesh with rlv_device_level_read")?;
+        let mut told = RlvDeviceLevelVulkan::of(found);
+        if !attributes {
+            (told.wedges, told.wedge_values, told.face_values) = (0, 0, 0);
+        }
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, found) }
+        unsafe { write_descriptor(out, told) }
     }
 }

@@ -13,7 +13,7 @@ use relievo_lod::progressive::{ActiveMesh, Cut, EditJournal, Front, KeyedEdit, V
 
 pub use self::buffers::{HostBuffers, RlvLevelBuffers, RlvLevelUpdate};
 pub use self::edit::{RlvLevelEdit, RlvLevelHandle, RlvLevelKey, RlvLevelMotion, RlvLevelRegion, RlvLevelTrack};
-use crate::border::array::{Input, Output, Plain, narrow, present, put, text};
+use crate::border::array::{Input, Output, Plain, narrow, present, put, put_optional, text};
 use crate::border::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::border::work::broken;
@@ -243,10 +243,8 @@ entry! {
         let mut progress = HostProgress { callback: progress, user };
         let found =
             object.change(|mesh| mesh.adapt_within(&object.context().context, bound, &mut progress))?;
-        if !distance.is_null() {
-            // SAFETY: it is not NULL, and the caller promises a place.
-            unsafe { put(distance, found) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(distance, found) };
         Ok(())
     }
 
@@ -277,10 +275,8 @@ entry! {
             Some(journal) => journal.edit(context, mesh, &edit),
             None => mesh.edit(context, &edit),
         })?;
-        if !reached.is_null() {
-            // SAFETY: it is not NULL, and the caller promises a place.
-            unsafe { put(reached, count) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(reached, count) };
         Ok(())
     }
 
@@ -347,10 +343,8 @@ entry! {
     fn rlv_level_set_time(level: RlvLevel, time: f64, reached: *mut usize) {
         let object = registry::get(level)?;
         let count = object.change(|mesh| mesh.pose(&object.context().context, &object.motions()?, time))?;
-        if !reached.is_null() {
-            // SAFETY: it is not NULL, and the caller promises a place.
-            unsafe { put(reached, count) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(reached, count) };
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use relievo_core::{Error, Progress, Result};
 use relievo_lod::{AttributeOptions, SimplifyOptions, simplify_mesh};
 
-use crate::border::array::{Input, Plain, present, put, text};
+use crate::border::array::{Input, Plain, present, put, put_optional, text};
 use crate::border::descriptor::read_optional;
 use crate::border::registry::{self, try_read};
 use crate::runtime::context::{ContextObject, HostProgress, RlvProgress};
@@ -164,10 +164,8 @@ entry! {
         let (made, deviation) = simplification.run(&mut HostProgress { callback: progress, user })?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
-        if !error.is_null() {
-            // SAFETY: it is not NULL, and the caller promises a place.
-            unsafe { put(error, deviation) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(error, deviation) };
         Ok(())
     }
 }

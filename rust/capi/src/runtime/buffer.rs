@@ -23,16 +23,47 @@ descriptor! {
     }
 }
 
-descriptor! {
+/// Defines the descriptor of a noun's Vulkan objects: those of the device, and then its buffers.
+macro_rules! vulkan_objects {
+    (pub struct $name:ident { $($buffer:ident: u64,)* }) => {
+        descriptor! {
+            pub struct $name {
+                struct_size: u32,
+                queue_family: u32,
+                queue_index: u32,
+                reserved: u32,
+                instance: u64,
+                physical_device: u64,
+                device: u64,
+                queue: u64,
+                $($buffer: u64,)*
+            }
+        }
+
+        impl $name {
+            /// Those of `found`, whose buffers are in the order of the fields.
+            fn of(found: $crate::runtime::buffer::Objects<{ [$(stringify!($buffer)),*].len() }>) -> Self {
+                let [$($buffer),*] = found.buffers;
+                Self {
+                    struct_size: 0,
+                    queue_family: found.queue_family,
+                    queue_index: found.queue_index,
+                    reserved: 0,
+                    instance: found.instance,
+                    physical_device: found.physical_device,
+                    device: found.device,
+                    queue: found.queue,
+                    $($buffer,)*
+                }
+            }
+        }
+    };
+}
+
+pub(crate) use vulkan_objects;
+
+vulkan_objects! {
     pub struct RlvBufferVulkan {
-        struct_size: u32,
-        queue_family: u32,
-        queue_index: u32,
-        reserved: u32,
-        instance: u64,
-        physical_device: u64,
-        device: u64,
-        queue: u64,
         points: u64,
         triangles: u64,
     }
@@ -193,9 +224,23 @@ pub struct Objects<const N: usize> {
     pub buffers: [u64; N],
 }
 
-/// Those of `buffers`; `None` where the device is reached by another interface.
+/// Returns those of `buffers`.
+///
+/// # Errors
+/// Fails with `Unsupported` at `place`, and with `advice`, where the device is reached by another interface.
+pub fn objects<const N: usize>(
+    device: &Device,
+    buffers: [&wgpu::Buffer; N],
+    place: &str,
+    advice: &str,
+) -> Result<Objects<N>> {
+    handed_out(device, buffers).ok_or_else(|| {
+        Error::unsupported(format!("{} hands out no Vulkan objects", device.summary())).at(place).advise(advice)
+    })
+}
+
 #[cfg(all(feature = "wgpu", not(target_vendor = "apple")))]
-pub fn objects<const N: usize>(device: &Device, buffers: [&wgpu::Buffer; N]) -> Option<Objects<N>> {
+fn handed_out<const N: usize>(device: &Device, buffers: [&wgpu::Buffer; N]) -> Option<Objects<N>> {
     use ash::vk::Handle;
     use relievo_gpu::wgpu::hal::api::Vulkan;
 
@@ -220,7 +265,7 @@ pub fn objects<const N: usize>(device: &Device, buffers: [&wgpu::Buffer; N]) -> 
 }
 
 #[cfg(not(all(feature = "wgpu", not(target_vendor = "apple"))))]
-pub fn objects<const N: usize>(_: &Device, _: [&wgpu::Buffer; N]) -> Option<Objects<N>> {
+fn handed_out<const N: usize>(_: &Device, _: [&wgpu::Buffer; N]) -> Option<Objects<N>> {
     None
 }
 
@@ -266,27 +311,10 @@ entry! {
         object.device.check()?;
         let uploaded = try_read(&object.uploaded, "buffer")?;
         let buffers = [uploaded.points.wgpu(), uploaded.triangles.wgpu()];
-        let found = objects(&object.device, buffers).ok_or_else(|| {
-            Error::unsupported(format!("{} hands out no Vulkan objects", object.device.summary()))
-                .at("buffer")
-                .advise("copy the points with rlv_buffer_read or rlv_tessellation_get_points")
-        })?;
-        let Objects { queue_family, queue_index, instance, physical_device, device, queue, buffers } = found;
-        let [points, triangles] = buffers;
-        let found = RlvBufferVulkan {
-            struct_size: 0,
-            queue_family,
-            queue_index,
-            reserved: 0,
-            instance,
-            physical_device,
-            device,
-            queue,
-            points,
-            triangles,
-        };
+        let advice = "copy the points with rlv_buffer_read or rlv_tessellation_get_points";
+        let found = objects(&object.device, buffers, "buffer", advice)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, found) }
+        unsafe { write_descriptor(out, RlvBufferVulkan::of(found)) }
     }
 
     fn rlv_buffer_read(buffer: RlvBuffer, first: usize, count: usize, points: *mut f32, stride: usize) {

@@ -4,8 +4,10 @@ use std::ffi::{CString, c_char};
 use std::mem::size_of;
 use std::sync::OnceLock;
 
-use relievo_core::Parameter;
 use relievo_core::parameter::ParameterKind;
+use relievo_core::{Parameter, Result};
+
+use crate::border::array::{present, put};
 
 constants! {
     u32:
@@ -115,4 +117,28 @@ pub fn table(cell: &'static OnceLock<Table>, parameters: &[Parameter]) -> &'stat
         Table { rows, _texts: texts }
     });
     &made.rows
+}
+
+/// Writes where the table of `parameters` is, and how many rows it has.
+///
+/// # Errors
+/// Fails with `Invalid` if a pointer is NULL.
+///
+/// # Safety
+/// The pointers are NULL, or a value may be written to them.
+pub unsafe fn write_table(
+    cell: &'static OnceLock<Table>,
+    parameters: &[Parameter],
+    params: *mut *const RlvParameter,
+    count: *mut usize,
+) -> Result<()> {
+    present("params", params)?;
+    present("count", count)?;
+    let rows = table(cell, parameters);
+    // SAFETY: both were checked above.
+    unsafe {
+        put(params, rows.as_ptr());
+        put(count, rows.len());
+    }
+    Ok(())
 }

@@ -18,7 +18,7 @@ pub use self::impostors::*;
 pub use self::model::*;
 pub use self::view::*;
 
-use crate::border::array::{Input, Output, Plain, present, put};
+use crate::border::array::{Input, Output, Plain, present, put, put_optional};
 use crate::border::descriptor::{check_optional, read_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::runtime::context::{ContextObject, RlvContext};
@@ -181,10 +181,8 @@ entry! {
         }
         agents.iter().try_for_each(|agent| state.crowd.add(agent_of(&agent)).map(drop))?;
         state.is_cut = false;
-        if !first.is_null() {
-            // SAFETY: the caller gives NULL or a place for a number.
-            unsafe { put(first, start as u32) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(first, start as u32) };
         Ok(())
     }
 

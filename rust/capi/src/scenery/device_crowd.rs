@@ -9,7 +9,7 @@ use relievo_gpu::{Buffer, Device};
 use crate::border::array::{present, put};
 use crate::border::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
-use crate::runtime::buffer::{Objects, objects, settle};
+use crate::runtime::buffer::{objects, settle, vulkan_objects};
 use crate::scenery::crowd::{
     CrowdObject, RlvCrowd, RlvCrowdBuffers, RlvCrowdImpostors, RlvCrowdView, Seen, ShownImpostors, view_of, write_list,
 };
@@ -36,16 +36,8 @@ descriptor! {
     }
 }
 
-descriptor! {
+vulkan_objects! {
     pub struct RlvDeviceCrowdVulkan {
-        struct_size: u32,
-        queue_family: u32,
-        queue_index: u32,
-        reserved: u32,
-        instance: u64,
-        physical_device: u64,
-        device: u64,
-        queue: u64,
         draws: u64,
         clusters: u64,
         instances: u64,
@@ -235,31 +227,8 @@ entry! {
             made.weights().wgpu(),
             made.blends().wgpu(),
         ];
-        let found = objects(device, buffers).ok_or_else(|| {
-            Error::unsupported(format!("{} hands out no Vulkan objects", device.summary()))
-                .at("device crowd")
-                .advise("copy the draws with rlv_device_crowd_get")
-        })?;
-        let Objects { queue_family, queue_index, instance, physical_device, device, queue, buffers } = found;
-        let [draws, clusters, instances, counts, matrices, weights, blends] = buffers;
-        let found = RlvDeviceCrowdVulkan {
-            struct_size: 0,
-            queue_family,
-            queue_index,
-            reserved: 0,
-            instance,
-            physical_device,
-            device,
-            queue,
-            draws,
-            clusters,
-            instances,
-            counts,
-            matrices,
-            weights,
-            blends,
-        };
+        let found = objects(device, buffers, "device crowd", "copy the draws with rlv_device_crowd_get")?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, found) }
+        unsafe { write_descriptor(out, RlvDeviceCrowdVulkan::of(found)) }
     }
 }

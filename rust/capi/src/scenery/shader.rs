@@ -10,7 +10,7 @@ use relievo_shaderlab::{
     Stage, Variable, membership,
 };
 
-use crate::border::array::{Input, Output, fixed, present, put, text};
+use crate::border::array::{Input, Output, fixed, present, put, put_optional, text};
 use crate::border::descriptor::{numbered, read_descriptor, read_optional, write_descriptor};
 use crate::border::registry::{self, handle};
 use crate::runtime::context::{RLV_NAME_SIZE, RLV_TEXT_SIZE};
@@ -433,10 +433,8 @@ entry! {
         let head: Vec<u32> = words.iter().take(LOG_HEAD + features).collect();
         let log = Log::of(&head, features, augmented.accumulation)?;
         out.fill(log.vector);
-        if !taken.is_null() {
-            // SAFETY: the caller gives NULL or a place for the number.
-            unsafe { put(taken, log.taken) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(taken, log.taken) };
         Ok(())
     }
 

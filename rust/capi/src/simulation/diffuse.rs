@@ -13,7 +13,7 @@ use crate::border::array::{Input, Output, Plain, narrow, present, put, text};
 use crate::border::descriptor::{check_optional, read_descriptor, read_optional, write_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::runtime::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
-use crate::runtime::parameter::{RlvParameter, Table, settings, table};
+use crate::runtime::parameter::{RlvParameter, Table, settings, write_table};
 use crate::simulation::particles::{self, RlvParticles};
 
 handle!(RlvDiffuse, 31, DiffuseObject);
@@ -174,15 +174,8 @@ fn fill<T: Plain>(out: Option<Output<T>>, values: impl IntoIterator<Item = T>) {
 entry! {
     fn rlv_diffuse_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
-        present("params", params)?;
-        present("count", count)?;
-        let rows = table(&TABLE, DiffuseSettings::PARAMETERS);
-        // SAFETY: both were checked above.
-        unsafe {
-            put(params, rows.as_ptr());
-            put(count, rows.len());
-        }
-        Ok(())
+        // SAFETY: the caller gives pointers to which a value may be written, or NULL.
+        unsafe { write_table(&TABLE, DiffuseSettings::PARAMETERS, params, count) }
     }
 
     fn rlv_diffuse_create(

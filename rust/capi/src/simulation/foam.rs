@@ -14,7 +14,7 @@ use crate::border::array::{Input, Output, present, put};
 use crate::border::descriptor::read_descriptor;
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::runtime::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvContext, RlvProgress};
-use crate::runtime::parameter::{RlvParameter, Table, settings, table};
+use crate::runtime::parameter::{RlvParameter, Table, settings, write_table};
 
 handle!(RlvFoam, 26, FoamObject);
 
@@ -227,15 +227,8 @@ unsafe fn read_light(context: &ContextObject, light: *const RlvFoamLight) -> Res
 entry! {
     fn rlv_foam_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
-        present("params", params)?;
-        present("count", count)?;
-        let rows = table(&TABLE, FoamSettings::PARAMETERS);
-        // SAFETY: both were checked above.
-        unsafe {
-            put(params, rows.as_ptr());
-            put(count, rows.len());
-        }
-        Ok(())
+        // SAFETY: the caller gives pointers to which a value may be written, or NULL.
+        unsafe { write_table(&TABLE, FoamSettings::PARAMETERS, params, count) }
     }
 
     fn rlv_foam_create(

@@ -12,7 +12,7 @@ use relievo_tissue::{Binding, Held, Model, NodeSet};
 
 pub use self::build::*;
 pub use self::simulation::*;
-use crate::border::array::{Input, Output, Plain, fixed, narrow, present, put, text};
+use crate::border::array::{Input, Output, Plain, fixed, narrow, present, put, put_optional, text};
 use crate::border::descriptor::{check_optional, write_descriptor, write_optional};
 use crate::border::making::Making;
 use crate::border::registry::{self, handle, try_read, try_write};
@@ -475,10 +475,8 @@ entry! {
             Binding::new(&object.context.context, &model, name, &mesh.points, &mesh.triangles())?
         };
         model.bindings.push(binding);
-        if !out.is_null() {
-            // SAFETY: it is not NULL, and the caller gives a place for a number.
-            unsafe { put(out, model.bindings.len() as u32 - 1) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(out, model.bindings.len() as u32 - 1) };
         Ok(())
     }
 }

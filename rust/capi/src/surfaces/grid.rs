@@ -16,7 +16,7 @@ use crate::border::descriptor::{numbered, write_descriptor};
 use crate::border::making::Making;
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::runtime::context::{ContextObject, HostProgress, RLV_TEXT_SIZE, RlvContext, RlvProgress};
-use crate::runtime::parameter::{RlvParameter, Table, settings, table};
+use crate::runtime::parameter::{RlvParameter, Table, settings, write_table};
 use crate::simulation::particles::{ParticlesObject, RlvParticles};
 use crate::surfaces::mesh::{self, MeshObject, RlvMesh};
 
@@ -442,15 +442,8 @@ pub unsafe fn writing(handles: *const RlvGrid, count: usize, path: *const c_char
 entry! {
     fn rlv_grid_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
-        present("params", params)?;
-        present("count", count)?;
-        let rows = table(&TABLE, GridSettings::PARAMETERS);
-        // SAFETY: both were checked above.
-        unsafe {
-            put(params, rows.as_ptr());
-            put(count, rows.len());
-        }
-        Ok(())
+        // SAFETY: the caller gives pointers to which a value may be written, or NULL.
+        unsafe { write_table(&TABLE, GridSettings::PARAMETERS, params, count) }
     }
 
     fn rlv_grid_available() {

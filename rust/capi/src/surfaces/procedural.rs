@@ -287,6 +287,33 @@ unsafe extern "C" fn bounds(data: *const c_void, primitive: u32, time_step: u32,
     });
 }
 
+/// Has `meet` called with every ray of a packet that is valid, by its index; nothing is done where a pointer is NULL.
+///
+/// # Safety
+/// As for [`intersect`], with as many kinds of numbers as `meet` uses.
+unsafe fn each_ray(
+    data: *const c_void,
+    valid: *const i32,
+    rays: *mut c_void,
+    count: u32,
+    meet: impl Fn(&Procedural, &Packet, usize),
+) {
+    if data.is_null() || valid.is_null() || rays.is_null() {
+        return;
+    }
+    inside(|| {
+        // SAFETY: promised by the caller.
+        let procedural = unsafe { &*data.cast::<Procedural>() };
+        let packet = Packet { numbers: rays.cast(), count: count as usize };
+        for index in 0..packet.count {
+            // SAFETY: promised by the caller; the index is below the count.
+            if unsafe { valid.add(index).read() } != 0 {
+                meet(procedural, &packet, index);
+            }
+        }
+    });
+}
+
 /// # Safety
 /// As `procedural.h` demands: `data` is that of a table whose procedural lives, `valid` has `count` numbers, `rays` as
 /// many of twenty kinds.
@@ -300,57 +327,42 @@ unsafe extern "C" fn intersect(
     count: u32,
 ) {
     const { assert!(RAY_HIT == 20) };
-    if data.is_null() || valid.is_null() || rays.is_null() {
-        return;
-    }
-    inside(|| {
-        // SAFETY: promised by the caller.
-        let procedural = unsafe { &*data.cast::<Procedural>() };
-        let packet = Packet { numbers: rays.cast(), count: count as usize };
-        for index in 0..packet.count {
-            // SAFETY: promised by the caller; the index is below the count.
-            unsafe {
-                if valid.add(index).read() == 0 {
-                    continue;
-                }
-                let ray = packet.ray(index);
-                let Some(hit) = procedural.intersect(primitive, &ray) else { continue };
-                // Of hits at the same distance that of the first primitive counts, in whatever order they are met.
-                let there = [packet.get(17, index).to_bits(), packet.get(18, index).to_bits()];
-                if hit.distance == ray.far && there[1] == geometry && there[0] < primitive {
-                    continue;
-                }
-                packet.set(8, index, hit.distance);
-                for (kind, value) in (RAY..).zip(hit.normal.into_iter().chain(hit.uv)) {
-                    packet.set(kind, index, value);
-                }
-                for (kind, value) in (RAY + 5..).zip([primitive, geometry, instance]) {
-                    packet.set(kind, index, f32::from_bits(value));
-                }
+    let meet = |procedural: &Procedural, packet: &Packet, index| {
+        // SAFETY: the index is below the count of the packet.
+        unsafe {
+            let ray = packet.ray(index);
+            let Some(hit) = procedural.intersect(primitive, &ray) else { return };
+            // Of hits at the same distance that of the first primitive counts, in whatever order they are met.
+            let there = [packet.get(17, index).to_bits(), packet.get(18, index).to_bits()];
+            if hit.distance == ray.far && there[1] == geometry && there[0] < primitive {
+                return;
+            }
+            packet.set(8, index, hit.distance);
+            for (kind, value) in (RAY..).zip(hit.normal.into_iter().chain(hit.uv)) {
+                packet.set(kind, index, value);
+            }
+            for (kind, value) in (RAY + 5..).zip([primitive, geometry, instance]) {
+                packet.set(kind, index, f32::from_bits(value));
             }
         }
-    });
+    };
+    // SAFETY: promised by the caller.
+    unsafe { each_ray(data, valid, rays, count, meet) };
 }
 
 /// # Safety
 /// As for [`intersect`], with twelve kinds of numbers.
 unsafe extern "C" fn occluded(data: *const c_void, valid: *const i32, primitive: u32, rays: *mut c_void, count: u32) {
-    if data.is_null() || valid.is_null() || rays.is_null() {
-        return;
-    }
-    inside(|| {
-        // SAFETY: promised by the caller.
-        let procedural = unsafe { &*data.cast::<Procedural>() };
-        let packet = Packet { numbers: rays.cast(), count: count as usize };
-        for index in 0..packet.count {
-            // SAFETY: promised by the caller; the index is below the count.
-            unsafe {
-                if valid.add(index).read() != 0 && procedural.occluded(primitive, &packet.ray(index)) {
-                    packet.set(8, index, f32::NEG_INFINITY);
-                }
+    let meet = |procedural: &Procedural, packet: &Packet, index| {
+        // SAFETY: the index is below the count of the packet.
+        unsafe {
+            if procedural.occluded(primitive, &packet.ray(index)) {
+                packet.set(8, index, f32::NEG_INFINITY);
             }
         }
-    });
+    };
+    // SAFETY: promised by the caller.
+    unsafe { each_ray(data, valid, rays, count, meet) };
 }
 
 /// Hits that are evaluated between two writes to the caller's arrays, which bounds the memory of a call.

@@ -11,7 +11,7 @@ use crate::border::array::{present, put, text};
 use crate::border::descriptor::{check_descriptor, check_optional, read_descriptor, write_descriptor, write_optional};
 use crate::border::registry::{self, try_read};
 use crate::runtime::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
-use crate::runtime::parameter::{RlvParameter, Table, settings, table};
+use crate::runtime::parameter::{RlvParameter, Table, settings, write_table};
 use crate::surfaces::mesh::{self, MeshObject, RlvAttributeArrays, RlvMesh, RlvMeshArrays};
 
 settings!(RlvRepairSettings, RepairSettings);
@@ -200,15 +200,8 @@ fn register(
 entry! {
     fn rlv_repair_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
-        present("params", params)?;
-        present("count", count)?;
-        let rows = table(&TABLE, RepairSettings::PARAMETERS);
-        // SAFETY: both were checked above.
-        unsafe {
-            put(params, rows.as_ptr());
-            put(count, rows.len());
-        }
-        Ok(())
+        // SAFETY: the caller gives pointers to which a value may be written, or NULL.
+        unsafe { write_table(&TABLE, RepairSettings::PARAMETERS, params, count) }
     }
 
     fn rlv_repair_check(

@@ -13,7 +13,7 @@ use crate::border::array::{Input, Plain, present, put, text};
 use crate::border::descriptor::{check_optional, write_optional};
 use crate::border::registry;
 use crate::runtime::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
-use crate::runtime::parameter::{RlvParameter, Table, settings, table};
+use crate::runtime::parameter::{RlvParameter, Table, settings, write_table};
 
 settings!(RlvCrowdBuildSettings, BuildSettings);
 
@@ -169,15 +169,8 @@ fn report_of(refit: &Refit) -> RlvCrowdRefitReport {
 entry! {
     fn rlv_crowd_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
-        present("params", params)?;
-        present("count", count)?;
-        let rows = table(&TABLE, BuildSettings::PARAMETERS);
-        // SAFETY: both were checked above.
-        unsafe {
-            put(params, rows.as_ptr());
-            put(count, rows.len());
-        }
-        Ok(())
+        // SAFETY: the caller gives pointers to which a value may be written, or NULL.
+        unsafe { write_table(&TABLE, BuildSettings::PARAMETERS, params, count) }
     }
 
     fn rlv_crowd_model_build(

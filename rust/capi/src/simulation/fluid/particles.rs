@@ -9,7 +9,7 @@ use relievo_fluid::{Batch, ParticleChannel, Solid, block};
 use super::arrays::{Places, RlvFluidArrays, place, vector, vectors};
 use super::sources::placed;
 use super::{RlvFluid, Simulation, width};
-use crate::border::array::{Input, put};
+use crate::border::array::{Input, put_optional};
 use crate::border::descriptor::read_descriptor;
 use crate::border::registry::{self, try_read};
 use crate::simulation::channel::channels;
@@ -93,10 +93,8 @@ entry! {
             simulation.fluid.add(&places, velocity)?;
             Ok(places.len())
         })?;
-        if !added.is_null() {
-            // SAFETY: it is not NULL, and the caller promises a place.
-            unsafe { put(added, count) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(added, count) };
         Ok(())
     }
 
@@ -109,10 +107,8 @@ entry! {
             let there = simulation.fluid.numbers().to_vec();
             Ok(simulation.fluid.remove(|at| gone.contains(&there[at])))
         })?;
-        if !removed.is_null() {
-            // SAFETY: it is not NULL, and the caller promises a place.
-            unsafe { put(removed, count) };
-        }
+        // SAFETY: the caller promises a place, or NULL.
+        unsafe { put_optional(removed, count) };
         Ok(())
     }
 
