@@ -120,6 +120,16 @@ def material_of(image):
     return made
 
 
+def before_click(context, event):
+    """What an operator that waits for a click answers to another event; None if the event is the click."""
+    if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
+        context.workspace.status_text_set(None)
+        return {"CANCELLED"}
+    if event.type != "LEFTMOUSE" or event.value != "PRESS":
+        return {"PASS_THROUGH"}
+    return None
+
+
 class OnDecal:
     """An operator on the decal of the active object."""
 
@@ -222,11 +232,9 @@ class RELIEVO_OT_decal_pin_add(OnDecal, bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
-            context.workspace.status_text_set(None)
-            return {"CANCELLED"}
-        if event.type != "LEFTMOUSE" or event.value != "PRESS":
-            return {"PASS_THROUGH"}
+        answer = before_click(context, event)
+        if answer is not None:
+            return answer
         hit = meet(context, event, owner_of(context.active_object))
         if hit is None:
             return {"RUNNING_MODAL"}
@@ -268,11 +276,9 @@ class RELIEVO_OT_decal_pin_image(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
-            context.workspace.status_text_set(None)
-            return {"CANCELLED"}
-        if event.type != "LEFTMOUSE" or event.value != "PRESS":
-            return {"PASS_THROUGH"}
+        answer = before_click(context, event)
+        if answer is not None:
+            return answer
         options = owner_of(context.active_object).relievo.decal
         region = next(region for region in context.area.regions if region.type == "WINDOW")
         at = region.view2d.region_to_view(event.mouse_x - region.x, event.mouse_y - region.y)

@@ -4,12 +4,12 @@
 from types import SimpleNamespace
 
 import bpy
-import librelievo as rl
 from librelievo import abi
 
-from ..core import job, settings
+from ..core import settings
 from ..core.error import Refused
 from ..data import layer_list, state, view
+from .editing import Editing
 
 ACTIONS = [
     ("ACTIVATE", "Make active", "Strokes and imprints go to this layer"),
@@ -24,20 +24,10 @@ ACTIONS = [
 NUMBER = "The number of the layer, -1 for the one that was chosen in the list"
 
 
-class LayerOperator(job.Steps):
+class LayerOperator(Editing):
     """An operator that edits layers; `change` needs nothing of Blender."""
 
-    bl_options = {"REGISTER", "UNDO"}
-    failures = (Refused, rl.RelievoError, OSError)
-
-    @classmethod
-    def poll(cls, context):
-        return state.is_editable(context)
-
-    def steps(self, context):
-        target = state.source_of(context.active_object)
-        made = yield from state.opening(target)
-        self.warn(made.take_notes())
+    def edit(self, _context, target, made):
         # On a thread the operator's properties are not to be read.
         text, wanted = self.bl_label, SimpleNamespace(**self.as_keywords())
         if getattr(wanted, "layer", 0) < 0:
@@ -98,12 +88,8 @@ class RELIEVO_OT_layer_change(LayerOperator, bpy.types.Operator):
                 layers.place(wanted.layer, min(max(place, 0), len(stack) - 1))
 
 
-class RELIEVO_OT_layer_set(LayerOperator, bpy.types.Operator):
-    """Change how a layer is seen, without a dialog"""
-
-    bl_idname = "relievo.layer_set"
-    bl_label = "Layer settings"
-    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
+class LayerLook:
+    """How a layer is seen, as properties of an operator."""
 
     layer: bpy.props.IntProperty(name="Layer", description=NUMBER, default=-1, options={"HIDDEN"})
     visible: bpy.props.BoolProperty(name="Visible", description="Whether the layer is seen", default=True)
@@ -113,6 +99,14 @@ class RELIEVO_OT_layer_set(LayerOperator, bpy.types.Operator):
     blend: bpy.props.EnumProperty(
         name="Blend", description="How the layer covers those below", items=settings.choices(abi.RlvBlend)
     )
+
+
+class RELIEVO_OT_layer_set(LayerLook, LayerOperator, bpy.types.Operator):
+    """Change how a layer is seen, without a dialog"""
+
+    bl_idname = "relievo.layer_set"
+    bl_label = "Layer settings"
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
 
     @staticmethod
     def change(layers, wanted):
@@ -120,21 +114,12 @@ class RELIEVO_OT_layer_set(LayerOperator, bpy.types.Operator):
         layers.set(wanted.layer, is_visible=wanted.visible, opacity=wanted.opacity, blend=blend)
 
 
-class RELIEVO_OT_layer_edit(bpy.types.Operator):
+class RELIEVO_OT_layer_edit(LayerLook, bpy.types.Operator):
     """Change opacity and blending of the layer that was chosen in the list"""
 
     bl_idname = "relievo.layer_edit"
     bl_label = "Layer settings"
     bl_options = {"REGISTER"}
-
-    layer: bpy.props.IntProperty(name="Layer", description=NUMBER, default=-1, options={"HIDDEN"})
-    visible: bpy.props.BoolProperty(name="Visible", description="Whether the layer is seen", default=True)
-    opacity: bpy.props.FloatProperty(
-        name="Opacity", description="How much of the layer is seen, 0 to 1", min=0, max=1, default=1, subtype="FACTOR"
-    )
-    blend: bpy.props.EnumProperty(
-        name="Blend", description="How the layer covers those below", items=settings.choices(abi.RlvBlend)
-    )
 
     def invoke(self, context, _event):
         target = state.source_of(context.active_object)

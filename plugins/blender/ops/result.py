@@ -6,13 +6,13 @@ import os
 import shutil
 
 import bpy
-import librelievo as rl
 import numpy
 from librelievo import abi, bake, ptex
 
 from ..core import job
 from ..core.error import Refused
 from ..data import cache, material, mesh, playback, state, view
+from .editing import Editing
 
 
 def corner_places(corners, sizes, is_triangles):
@@ -37,20 +37,10 @@ def corner_places(corners, sizes, is_triangles):
     return tiles.astype(numpy.uint32), uvs
 
 
-class ResultOperator(job.Steps):
+class ResultOperator(Editing):
     """An operator on the state of the active object, in the pose of this frame."""
 
-    bl_options = {"REGISTER", "UNDO"}
-    failures = (Refused, rl.RelievoError, OSError)
-
-    @classmethod
-    def poll(cls, context):
-        return state.is_editable(context)
-
-    def steps(self, context):
-        target = state.source_of(context.active_object)
-        made = yield from state.opening(target)
-        self.warn(made.take_notes())
+    def edit(self, context, target, made):
         yield from state.placing(made, target, context.evaluated_depsgraph_get())
         made.record(target)
         yield from self.make(context, target, made)
