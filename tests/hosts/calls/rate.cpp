@@ -114,13 +114,7 @@ RlvDetail plane(RlvContext context, uint32_t cells, uint32_t size) {
 /// Where a ray down at (x, y) meets the surface.
 RlvHit meet(RlvCaster caster, float x, float y) {
     const float origin[3] = {x, y, 1.0f}, direction[3] = {0.0f, 0.0f, -1.0f};
-    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
-    RlvHit hit;
-    rays.count = 1;
-    rays.origins = origin;
-    rays.directions = direction;
-    rays.hits = &hit;
-    CHECK_OK(rlv_caster_cast(caster, &rays));
+    const RlvHit hit = check_cast(caster, origin, direction);
     CHECK(hit.tile != RLV_NO_ELEMENT);
     return hit;
 }
