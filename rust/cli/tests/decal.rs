@@ -2,27 +2,16 @@
 
 #![cfg(feature = "decal")]
 
+mod program;
+
 use std::fmt::Write;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use relievo_document::{Document, Kind};
 use relievo_render::{Channel, Content, Image, Layer, Samples, read_png, write_exr, write_png};
 use serde_json::Value;
 
-fn relievo(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let done = relievo(folder, arguments);
-    assert!(done.status.success(), "{arguments:?}: {}", text(&done.stderr));
-    text(&done.stdout)
-}
+use program::{done, relievo, text};
 
 /// A plane of 6 by 6 quads from -3 to 3 that faces z, and a red image of 60 by 40 pixels.
 fn files(folder: &Path) {
@@ -42,6 +31,13 @@ fn files(folder: &Path) {
         }
     }
     write_png(&folder.join("red.png"), &image).unwrap();
+}
+
+/// Counts the red pixels of a picture.
+fn count_red(path: &Path) -> usize {
+    let picture = read_png(path, u64::MAX).unwrap();
+    let pixels = picture.data().chunks_exact(picture.channels() as usize);
+    pixels.filter(|pixel| pixel[0] > 0.1 && pixel[1] < 0.05).count()
 }
 
 /// Pins that make the image 3 units wide, its centre at the origin.
@@ -126,9 +122,7 @@ fn a_sticker_is_painted_and_embossed_into_layers_of_a_document() {
     let document = Document::open(&folder.join("painted.relievo"), u64::MAX).unwrap();
     let layer = document.layer("logo").expect("a layer");
     assert!(layer.kind() == Kind::Rgba8 && layer.blocks().len() >= 6);
-    let picture = read_png(&folder.join("painted.png"), u64::MAX).unwrap();
-    let red = picture.data().chunks_exact(picture.channels() as usize);
-    assert!(red.filter(|pixel| pixel[0] > 0.1 && pixel[1] < 0.05).count() > 20_000);
+    assert!(count_red(&folder.join("painted.png")) > 20_000);
 
     let raised =
         apply(&["-o", "raised.relievo", "--document", "painted.relievo", "--layer", "relief", "--height", "0.2"]);
@@ -231,9 +225,7 @@ fn a_sticker_is_painted_and_embossed_on_the_triangles_of_a_mesh() {
     // The sticker is 3 by 2 units, and touches at most 5 by 4 squares of two triangles.
     let faces = report["tiles"].as_u64().unwrap();
     assert!((12..=40).contains(&faces) && report["refused"] == 0, "{report}");
-    let picture = read_png(&folder.join("painted.png"), u64::MAX).unwrap();
-    let red = picture.data().chunks_exact(picture.channels() as usize);
-    assert!(red.filter(|pixel| pixel[0] > 0.1 && pixel[1] < 0.05).count() > 20_000);
+    assert!(count_red(&folder.join("painted.png")) > 20_000);
 
     // The document is of triangles, so that the flag is not needed again.
     let raised =

@@ -1,17 +1,11 @@
 //! `relievo foam` as a user sees it.
 
+mod program;
+
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
-fn relievo(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let done = relievo(folder, arguments);
-    assert!(done.status.success(), "{done:?}");
-    String::from_utf8(done.stdout).unwrap()
-}
+use program::{done, relievo};
 
 const DAM: &str = "frames = 8\nfps = 24\n[fluid]\nspacing = 0.05\n[basin]\nlow = [0, 0, 0]\nhigh = [1.2, 0.3, 1]\n\
     [[block]]\nlow = [0, 0, 0]\nhigh = [0.4, 0.3, 0.8]\nvelocity = [2, 0, 0]\n";

@@ -105,6 +105,16 @@ fn flag(path: &Path) {
     write_png(path, &image).unwrap();
 }
 
+/// Makes a folder with a ball, a flag and preferences.
+fn folder_of_ball(preferences: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    ball(&folder.path().join("ball.obj"));
+    flag(&folder.path().join("flag.png"));
+    std::fs::create_dir(folder.path().join("config")).unwrap();
+    std::fs::write(folder.path().join("config/view.txt"), preferences).unwrap();
+    folder
+}
+
 fn is_blue([r, g, b]: [f32; 3]) -> bool {
     b > 0.1 && b > 4.0 * r && b > 4.0 * g
 }
@@ -118,15 +128,11 @@ fn a_dropped_image_is_the_stamp_of_the_brush() {
     if !is_possible() {
         return;
     }
-    let folder = tempfile::tempdir().unwrap();
+    let kept = "brush.tool paint mix\nbrush.size 3\nbrush.strength 1\nbrush.color 1 1 1\n";
+    let folder = folder_of_ball(kept);
     let folder = folder.path();
-    ball(&folder.join("ball.obj"));
-    flag(&folder.join("flag.png"));
     let whole = std::fs::read(folder.join("flag.png")).unwrap();
     std::fs::write(folder.join("cut.png"), &whole[..whole.len() / 2]).unwrap();
-    std::fs::create_dir(folder.join("config")).unwrap();
-    let kept = "brush.tool paint mix\nbrush.size 3\nbrush.strength 1\nbrush.color 1 1 1\n";
-    std::fs::write(folder.join("config/view.txt"), kept).unwrap();
     let script = "resize 1000 620\nwait_frames 1\nkey 1\nwait_frames 2\npoint 0.02 0.02\ndrop cut.png\nscreenshot refused.png\n\
         drop flag.png\ndrag left 0.5 0.5 0.5 0.5\npoint 0.02 0.02\nwait_frames 2\nscreenshot stamped.png\n\
         press remove stamp\nkey ctrl+z\npoint 0.02 0.02\nwait_frames 2\nscreenshot undone.png\n\
@@ -157,12 +163,8 @@ fn an_image_is_laid_by_its_pins_written_and_undone() {
     if !is_possible() {
         return;
     }
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder_of_ball("brush.size 3\n");
     let folder = folder.path();
-    ball(&folder.join("ball.obj"));
-    flag(&folder.join("flag.png"));
-    std::fs::create_dir(folder.join("config")).unwrap();
-    std::fs::write(folder.join("config/view.txt"), "brush.size 3\n").unwrap();
     let script = "resize 1000 620\nwait_frames 1\nkey 1\nwait_frames 2\npoint 0.02 0.02\nscreenshot before.png\n\
         press decal\ndrop flag.png\ndrag left 0.5 0.5 0.5 0.5\npoint 0.02 0.02\nwait_frames 2\nscreenshot laid.png\n\
         drag left 0.45 0.5 0.45 0.5\ndrag left 0.55 0.5 0.55 0.5\npoint 0.02 0.02\nwait_frames 2\nscreenshot pins.png\n\

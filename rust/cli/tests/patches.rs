@@ -1,20 +1,13 @@
 //! Bézier patches as a user of the command sees them: looked into, made into meshes, exported and drawn.
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod program;
 
 use relievo_render::{Picture, compare_geometry};
 
+use program::{relievo, text};
+
 /// A quarter of a cylinder and a bump, with weights.
 const PATCHES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fuzz/seeds/patches/seed.bpt");
-
-fn relievo(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 #[test]
 fn patches_are_looked_into_and_become_meshes_and_files() {

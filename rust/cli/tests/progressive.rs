@@ -1,17 +1,10 @@
 //! `relievo progressive edit` on a graphics device.
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod program;
 
 use relievo_core::{Context, Mesh, Values};
 
-fn relievo(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
+use program::{build_bowl, relievo, text};
 
 /// A bowl with normals.
 fn bowl() -> String {
@@ -35,8 +28,7 @@ fn edits_of_a_list_are_made_on_a_device_as_on_the_processor() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let run = |arguments: &[&str]| relievo(folder.path(), &[&["progressive"], arguments].concat());
-    std::fs::write(path("bowl.obj"), bowl()).unwrap();
-    assert!(run(&["build", "bowl.obj", "-o", "bowl.rlvpm", "--faces", "50"]).status.success());
+    build_bowl(folder.path(), &bowl());
     let strokes = "version = 1\n[[strokes]]\nsculpt = \"draw\"\nheight = 0.3\n\
                    radius = 0.5\nfalloff = \"smooth\"\npoints = [{ position = [-0.4, 0, 0] }]\n";
     std::fs::write(path("strokes.toml"), strokes).unwrap();

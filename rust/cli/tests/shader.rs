@@ -1,31 +1,18 @@
 //! `relievo shader` as a user sees it.
 #![cfg(feature = "shader")]
 
+mod program;
+
 use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
+
+use program::{done, refused};
 
 const SHADER: &str = "struct Look { gain: f32, resolution: vec2<f32> }\n@group(0) @binding(0) var<uniform> look: Look;\n\
     @fragment fn draw(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {\n    \
     //. name Column\n    let column = at.x / look.resolution.x;\n    let row = at.y / look.resolution.y;\n    \
     let shade = column * look.gain;\n    return vec4<f32>(shade, row, 0.0, 1.0 /*. * confidence */);\n}\n";
-
-fn relievo(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let done = relievo(folder, arguments);
-    assert!(done.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
-    String::from_utf8(done.stdout).unwrap()
-}
-
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let done = relievo(folder, arguments);
-    assert_eq!(done.status.code(), Some(1), "{arguments:?}");
-    String::from_utf8(done.stderr).unwrap()
-}
 
 #[test]
 fn shaders_are_checked_marked_and_augmented_without_a_device() {

@@ -1,9 +1,12 @@
 //! `relievo tissue` as a user sees it.
 
+mod program;
+
 use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
+
+use program::{done, refused};
 
 const BLOCK: &str = r#"
 voxel = 0.01
@@ -33,22 +36,6 @@ ball = 0.02
 friction = 0.2
 keys = [{ time = 0, at = [0.03, 0.03, 0.051] }, { time = 0.03, at = [0.03, 0.03, 0.044] }]
 "#;
-
-fn relievo(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let done = relievo(folder, arguments);
-    assert!(done.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
-    String::from_utf8(done.stdout).unwrap()
-}
-
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let done = relievo(folder, arguments);
-    assert_eq!(done.status.code(), Some(1), "{arguments:?}");
-    String::from_utf8(done.stderr).unwrap()
-}
 
 fn info(folder: &Path, file: &str) -> Value {
     serde_json::from_str(&done(folder, &["tissue", "info", file, "--json"])).unwrap()

@@ -2,24 +2,17 @@
 //! played by scripts. The photograph and the two scans are made here.
 #![cfg(feature = "view")]
 
+mod display;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use relievo_render::{Image, Picture, write_png};
 
+use display::is_possible;
+
 fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/shaders")
-}
-
-/// Whether there are a display server and a graphics device; where they are required, it fails without them.
-fn is_possible() -> bool {
-    let is_there = Command::new("xvfb-run").arg("--help").output().is_ok() && !relievo_gpu::adapters().is_empty();
-    let is_required = std::env::var_os("RELIEVO_GPU_TESTS").is_some_and(|it| it == "required");
-    assert!(is_there || !is_required, "there is no Xvfb or no graphics device");
-    if !is_there {
-        println!("skipped: there is no Xvfb or no graphics device");
-    }
-    is_there
 }
 
 fn view(folder: &Path, project: &str, script: &str) -> Output {

@@ -1,5 +1,6 @@
 //! `relievo progressive`.
 
+use crate::program::build_bowl;
 use crate::simplification::{bowl, corners_of_map, map};
 use crate::{relievo, text};
 
@@ -51,8 +52,7 @@ fn edits_of_a_progressive_mesh_go_on_where_a_command_ended() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let run = |arguments: &[&str]| relievo(folder.path(), &[&["progressive"], arguments].concat());
-    std::fs::write(path("bowl.obj"), bowl()).unwrap();
-    assert!(run(&["build", "bowl.obj", "-o", "bowl.rlvpm", "--faces", "50"]).status.success());
+    build_bowl(folder.path(), &bowl());
     let strokes = "version = 1\n[[strokes]]\nsculpt = \"draw\"\nheight = 0.3\n\
                    radius = 0.5\nfalloff = \"smooth\"\npoints = [{ position = [0, 0, 0] }]\n";
     std::fs::write(path("strokes.toml"), strokes).unwrap();

@@ -1,5 +1,8 @@
 //! `relievo fluid` as a user sees it.
 
+#[path = "../program/mod.rs"]
+mod program;
+
 mod displaced;
 mod entries;
 mod pictures;
@@ -12,13 +15,7 @@ use std::process::{Command, Output};
 
 use relievo_core::simd::Level;
 
-fn relievo(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
+use program::{relievo, text};
 
 const DAM: &str = "frames = 3\nfps = 50\n[fluid]\nspacing = 0.05\n[basin]\nlow = [0, 0, 0]\nhigh = [1, 0.3, 0.6]\n\
     [[block]]\nlow = [0, 0, 0]\nhigh = [0.3, 0.3, 0.5]\n";
