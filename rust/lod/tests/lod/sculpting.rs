@@ -89,6 +89,10 @@ fn flattening_smoothing_pinching_and_erasing_do_what_they_say() {
     let shape = lifted(40, |x, y| 0.02 * (20.0 * x).sin() * (16.0 * y).cos());
     let mesh = build(&shape);
     let inside = |[x, y, _]: [f32; 3]| (x - 0.5).abs() < 0.25 && (y - 0.5).abs() < 0.25;
+    let built_inside = |points: &[[f32; 3]]| -> Vec<Vec3> {
+        let all = points.iter().zip(&shape.0).filter(|(_, built)| inside(**built));
+        all.map(|(point, _)| (*point).into()).collect()
+    };
     let run = |mode, height| {
         let mut active = finest(&mesh);
         active.sculpt(&context, &dab(mode, height, Falloff::Constant)).unwrap();
@@ -96,13 +100,7 @@ fn flattening_smoothing_pinching_and_erasing_do_what_they_say() {
     };
     // All in the box comes to one plane.
     let flat = run(SculptMode::Flatten, 0.0).extract();
-    let box_points: Vec<Vec3> = flat
-        .points
-        .iter()
-        .zip(&shape.0)
-        .filter(|(_, built)| inside(**built))
-        .map(|(point, _)| (*point).into())
-        .collect();
+    let box_points = built_inside(&flat.points);
     let center = box_points.iter().sum::<Vec3>() / box_points.len() as f32;
     let [mut xx, mut xy, mut yy, mut xz, mut yz] = [0.0f32; 5];
     for point in &box_points {
@@ -123,13 +121,7 @@ fn flattening_smoothing_pinching_and_erasing_do_what_they_say() {
     }
     // To the line through the middle, along the normal there.
     let pinched = run(SculptMode::Pinch, 1.0).extract();
-    let line: Vec<Vec3> = pinched
-        .points
-        .iter()
-        .zip(&shape.0)
-        .filter(|(_, built)| inside(**built))
-        .map(|(point, _)| (*point).into())
-        .collect();
+    let line = built_inside(&pinched.points);
     let far = line.iter().map(|point| point.truncate().distance(line[0].truncate())).fold(0.0, f32::max);
     assert!(far < 0.05, "{far}");
     // What was drawn goes again.
