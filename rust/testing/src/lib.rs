@@ -4,6 +4,7 @@
 mod device;
 mod grid;
 mod limbs;
+mod patches;
 
 use std::path::PathBuf;
 
@@ -12,6 +13,7 @@ use relievo_core::{Context, Mesh};
 pub use device::device;
 pub use grid::{Random, grid};
 pub use limbs::{Limb, write_limbs};
+pub use patches::tea_set;
 
 /// The folder of models: `RELIEVO_DATA`, or `shared/data` beside the checkout. It need not be there.
 pub fn folder() -> PathBuf {

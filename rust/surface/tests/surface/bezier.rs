@@ -5,28 +5,15 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 use relievo_core::{Context, ContextOptions};
+use relievo_meshio::Patches;
 use relievo_surface::Place;
 use relievo_surface::bezier::{BezierSurface, BezierTessellation, EdgeSense, Levels, MAX_LEVEL, ParametricMap};
-use relievo_testing::Random;
+use relievo_testing::{Random, tea_set};
 
-/// The models, as they are and with weights. None where the data is not there.
+/// Makes surfaces of the tea set, as it is and with weights. None where the data is not there.
 fn models(context: &Context) -> Vec<(String, BezierSurface)> {
-    let mut models = Vec::new();
-    for name in ["teapot", "teacup"] {
-        let Some(path) = relievo_testing::file(&format!("patches/{name}")) else { continue };
-        let patches = relievo_meshio::read_patches(context, &path).unwrap();
-        // Points that are equal have equal weights, as files repeat points.
-        let weight = |point: &[f32; 3]| {
-            let bits = point.iter().fold(3, |sum, value| 31 * (sum % (1 << 32)) + u64::from((value + 0.0).to_bits()));
-            0.3 + 2.0 * Random(bits).unit()
-        };
-        let weights: Vec<f32> = patches.points.iter().map(weight).collect();
-        for (kind, weights) in [("", None), ("rational ", Some(&weights[..]))] {
-            let surface = BezierSurface::new(context, &patches.points, Some(&patches.indices), weights).unwrap();
-            models.push((format!("{kind}{name}"), surface));
-        }
-    }
-    models
+    let surface = |it: &Patches| BezierSurface::new(context, &it.points, Some(&it.indices), it.weights.as_deref());
+    tea_set(context).into_iter().map(|(name, patches)| (name, surface(&patches).unwrap())).collect()
 }
 
 #[test]

@@ -23,6 +23,11 @@ fn fill(texels: &mut Texels<'_>, of: impl Fn(f32, f32) -> f32) {
     }
 }
 
+/// Makes a displacement of 32 texels a side with dents of up to a 200th of the extent.
+fn slightly_dented(surface: &Surface) -> Displacement {
+    dented(surface, &DisplacementOptions { size: 32, ..Default::default() }, surface.extent() / 200.0)
+}
+
 /// A displacement with dents of up to `depth` in about half of the tiles.
 fn dented(surface: &Surface, options: &DisplacementOptions, depth: f32) -> Displacement {
     let context = Context::serial();
@@ -105,8 +110,7 @@ fn the_normal_is_that_of_finite_differences_and_of_unit_length() {
     let Some(mesh) = cage("spot_control_mesh.obj") else { return };
     let surface = surface(&mesh);
     let context = Context::serial();
-    let displacement =
-        dented(&surface, &DisplacementOptions { size: 32, ..Default::default() }, surface.extent() / 200.0);
+    let displacement = slightly_dented(&surface);
     let displaced = Displaced::new(&surface, displacement.field()).unwrap();
     let mut random = Random(4);
     let mut worst = 0f32;
@@ -132,8 +136,7 @@ fn normals_are_continuous_across_edges_of_equal_density() {
     let Some(mesh) = cage("spot_control_mesh.obj") else { return };
     let surface = surface(&mesh);
     let context = Context::serial();
-    let displacement =
-        dented(&surface, &DisplacementOptions { size: 32, ..Default::default() }, surface.extent() / 200.0);
+    let displacement = slightly_dented(&surface);
     let displaced = Displaced::new(&surface, displacement.field()).unwrap();
     let inward = |place: &Place| Place {
         u: place.u + (0.5 - place.u).signum() * if place.u % 1.0 == 0.0 { 1e-4 } else { 0.0 },
