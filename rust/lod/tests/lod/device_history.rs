@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use relievo_core::{Context, ErrorKind, Falloff};
+use relievo_core::{Context, ErrorKind};
 use relievo_gpu::Device;
 use relievo_lod::Progressive;
 use relievo_lod::progressive::{
-    ActiveMesh, Cut, DeviceFront, DeviceHierarchy, DeviceLevel, Edit, Extents, Extract, HandleKey, KeyedEdit,
-    KeyedHandle, Region, View,
+    ActiveMesh, Cut, DeviceFront, DeviceHierarchy, DeviceLevel, Edit, Extents, Extract, View,
 };
 use relievo_testing::device;
 
 use crate::device::{apart, at, build, pull, shapes};
+use crate::keyed::side;
 
 fn level_of(device: &Device, mesh: &Arc<Progressive>) -> DeviceLevel {
     let extents = Extents::new(mesh);
@@ -158,19 +158,6 @@ fn edits_go_to_the_processor_and_back_to_the_bit() {
     let [one, other] = [0, 1].map(|number| build(&shapes()[number], Vec::new()));
     let refused = level_of(&device, &one).to_active(&context, &other).err().unwrap();
     assert!(refused.kind == ErrorKind::Invalid && refused.to_string().contains("that was sent"), "{refused}");
-}
-
-/// A side is pulled and turned.
-fn side() -> KeyedEdit {
-    let region = Region { center: [1.4, 0.0, 0.0], radius: 0.6, falloff: Falloff::Smooth };
-    let key = |time, translation, axis, angle| HandleKey { time, translation, axis, angle };
-    let keys = vec![
-        key(1.0, [0.0; 3], [0.0, 0.0, 1.0], 0.0),
-        key(2.0, [0.5, 0.0, 0.1], [1.0, 0.0, 0.0], 1.0),
-        key(4.0, [0.0, 0.2, 0.0], [0.0, 0.6, 0.8], -0.5),
-    ];
-    let anchors = vec![Region { center: [1.2, 0.5, 0.0], radius: 0.2, falloff: Falloff::Linear }];
-    KeyedEdit { handles: vec![KeyedHandle { region, keys }], anchors }
 }
 
 #[test]

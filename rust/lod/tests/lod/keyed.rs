@@ -32,8 +32,8 @@ fn all(keys: Vec<HandleKey>) -> KeyedEdit {
     KeyedEdit { handles: vec![KeyedHandle { region, keys }], anchors: Vec::new() }
 }
 
-/// A side is pulled and turned.
-fn side() -> KeyedEdit {
+/// Pulls and turns a side.
+pub(crate) fn side() -> KeyedEdit {
     let region = Region { center: [1.4, 0.0, 0.0], radius: 0.6, falloff: Falloff::Smooth };
     let keys = vec![
         key(1.0, [0.0; 3], [0.0, 0.0, 1.0], 0.0),
