@@ -5,6 +5,7 @@ mod tiles;
 mod triangles;
 
 use glam::DVec3;
+use relievo_core::Values;
 use relievo_render::{Camera, Frame, Picture, View};
 
 fn view(target: DVec3, eye: DVec3, up: DVec3, size: [u32; 2]) -> View {
@@ -17,4 +18,12 @@ fn view(target: DVec3, eye: DVec3, up: DVec3, size: [u32; 2]) -> View {
 fn picture(frame: &Frame) -> Picture {
     let (depth, normal) = (Some(frame.depth.clone()), Some(frame.normal.clone()));
     Picture { color: frame.color.clone(), alpha: None, depth, normal }
+}
+
+/// Returns the contact, depth and age of the traces on a mesh, vertex by vertex.
+fn traces_of(mesh: &relievo_core::Mesh) -> [Vec<f32>; 3] {
+    ["contact", "depth", "age"].map(|name| match &mesh.attribute(name).unwrap().values {
+        Values::F32(values) => values.clone(),
+        Values::U32(_) => Vec::new(),
+    })
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use half::f16;
-use relievo_core::{Context, Crease, Mesh, Values};
+use relievo_core::{Context, Crease, Mesh};
 use relievo_gpu::Device;
 use relievo_render::virtual_vertex::{
     Coat, DeviceCoat, DeviceMesh, DrawnSurface, MAX_POWER, Placed, Rasterizer, Shape, Stage, TileRates, Tint,
@@ -18,7 +18,7 @@ use relievo_tiles::{
     Sets, Trace, Traces, Vector, VectorDisplacement, uniform_rates,
 };
 
-use crate::{picture, view};
+use crate::{picture, traces_of, view};
 
 /// A closed prism with a hexagon at each end, whose sub-tiles lie beside quads; one rim is infinitely sharp, the other
 /// less.
@@ -725,11 +725,7 @@ fn traces_tint_as_on_the_processor() {
         let mut made = model.displaced().tessellate(&context, &model.cage, &rates).unwrap();
         made.paint(model.paint.field());
         made.trace(traces.field(), f64::from(tint.time));
-        let list = |name: &str| match &made.mesh.attribute(name).unwrap().values {
-            Values::F32(values) => values.clone(),
-            Values::U32(_) => Vec::new(),
-        };
-        let [contact, depth, age] = ["contact", "depth", "age"].map(list);
+        let [contact, depth, age] = traces_of(&made.mesh);
         let mut mesh = relievo_render::Mesh::of_tessellation(made.mesh);
         for (at, color) in mesh.colors.iter_mut().enumerate() {
             let base = if colors.is_some() { *color } else { MATERIAL.base_color };

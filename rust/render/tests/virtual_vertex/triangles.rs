@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use half::f16;
-use relievo_core::{Context, Mesh, Values};
+use relievo_core::{Context, Mesh};
 use relievo_gpu::Device;
 use relievo_render::virtual_vertex::{
     Placed, Rasterizer, Shape, Stage, Tint, TriangleCoat, TriangleRates, VirtualTriangles,
@@ -18,7 +18,7 @@ use relievo_tiles::triangle::{
 };
 use relievo_tiles::{ByFormat, ColorTexel, Rgba8, Texel, Trace, Vector};
 
-use crate::{picture, view};
+use crate::{picture, traces_of, view};
 
 const MATERIAL: Material = Material { base_color: [0.6, 0.3, 0.2], specular: 0.04, roughness: 0.4 };
 
@@ -294,11 +294,7 @@ fn vectors_and_traces_of_triangles_are_those_of_the_ray_caster() {
         let mut made = TriangleTessellation::new(&context, &displaced, &normals, &model.mesh, rates).unwrap();
         made.trace(traces.field(), f64::from(tint.time));
         made.paint(model.paint.field()).unwrap();
-        let list = |name: &str| match &made.mesh.attribute(name).unwrap().values {
-            Values::F32(values) => values.clone(),
-            Values::U32(_) => Vec::new(),
-        };
-        let [contact, depth, age] = ["contact", "depth", "age"].map(list);
+        let [contact, depth, age] = traces_of(&made.mesh);
         let mut mesh = relievo_render::Mesh::of_tessellation(made.mesh);
         for (at, color) in mesh.colors.iter_mut().enumerate() {
             let base = if colors.is_some() { *color } else { MATERIAL.base_color };

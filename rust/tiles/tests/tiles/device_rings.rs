@@ -224,17 +224,24 @@ fn mips<T: Texel>(
     (differ, all)
 }
 
+/// Makes a colour of any bytes.
+fn any_bytes(random: &mut Random) -> Rgba8 {
+    Rgba8([(); 4].map(|()| random.below(256) as u8))
+}
+
+/// Returns the largest difference of the bytes of two colours.
+fn bytes_apart(a: Rgba8, b: Rgba8) -> f32 {
+    (0..4).map(|i| f32::from(a.0[i].abs_diff(b.0[i]))).fold(0.0, f32::max)
+}
+
 #[test]
 fn mips_of_a_device_are_those_of_the_processor() {
     let Some(device) = device() else { return };
     for (mesh, options) in meshes().into_iter().take(4) {
         let topology = tiles_of(&mesh);
-        let byte = |random: &mut Random| random.below(256) as u8;
-        let make = |random: &mut Random| Rgba8([byte(random), byte(random), byte(random), byte(random)]);
-        let far = |a: Rgba8, b: Rgba8| (0..4).map(|i| f32::from(a.0[i].abs_diff(b.0[i]))).fold(0.0, f32::max);
         let blank = Vec4::new(0.5, 0.03, 1.0, 1.0);
         let paint = Paint::<Rgba8>::of_color(topology.clone(), blank, &options).unwrap();
-        let (differ, all) = mips(&device, paint, make, far, 1.0);
+        let (differ, all) = mips(&device, paint, any_bytes, bytes_apart, 1.0);
         println!("{differ} of {all} colours of mips differ");
         assert!(differ * 1000 < all);
         let half = |random: &mut Random| f16::from_f32(3.0 * random.unit());
@@ -252,12 +259,9 @@ fn rings_of_colors_are_those_of_the_processor() {
     let Some(device) = device() else { return };
     for (mesh, options) in meshes().into_iter().take(3) {
         let topology = tiles_of(&mesh);
-        let byte = |random: &mut Random| random.below(256) as u8;
-        let make = |random: &mut Random| Rgba8([byte(random), byte(random), byte(random), byte(random)]);
-        let far = |a: Rgba8, b: Rgba8| (0..4).map(|i| f32::from(a.0[i].abs_diff(b.0[i]))).fold(0.0, f32::max);
         let blank = Vec4::new(0.5, 0.03, 1.0, 1.0);
         let paint = Paint::<Rgba8>::of_color(topology.clone(), blank, &options).unwrap();
-        let (differ, all) = follow(&device, |ring, _| ring, paint, make, far);
+        let (differ, all) = follow(&device, |ring, _| ring, paint, any_bytes, bytes_apart);
         println!("{differ} of {all} colours differ");
         assert!(differ * 1000 < all);
         let half = |random: &mut Random| f16::from_f32(3.0 * random.unit());
