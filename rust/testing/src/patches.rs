@@ -5,8 +5,8 @@ use relievo_meshio::Patches;
 
 use crate::{Random, file};
 
-/// Reads the teapot and the teacup from the folder of models, those that are there, each as it is and with weights, which
-/// are equal where points are, as files repeat points. Returns them with their names.
+/// Reads the teapot and the teacup where the folder of models has them, each as it is and with weights, which are equal
+/// where points are, as files repeat points. Returns them with their names.
 ///
 /// # Panics
 /// If a file cannot be read.
