@@ -95,7 +95,7 @@ def operator(kind, /, **properties):
     made = types.SimpleNamespace(told=[], as_keywords=lambda **_: properties, bl_label=kind.bl_label, effect="NORMAL")
     vars(made).update(properties)
     made.warn, made.report = made.told.extend, lambda _kinds, text: made.told.append(text)
-    for name in ("begin", "given", "keep", "make", "opening", "prepare", "press", "tell", "text"):
+    for name in ("begin", "edit", "given", "keep", "make", "opening", "prepare", "press", "tell", "text"):
         if hasattr(kind, name):
             setattr(made, name, types.MethodType(getattr(kind, name), made))
     made.change, made.stamp, made.is_drawn = getattr(kind, "change", None), None, False

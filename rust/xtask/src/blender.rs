@@ -118,13 +118,19 @@ fn side_by_side(lists: Vec<Vec<Command>>) -> Outcome {
     if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
 }
 
-/// Runs a command to its end, then prints what it printed, so that lines of others are not among it.
+/// Runs a command to its end, then prints what it printed, so that lines of others are not among it. An error has the
+/// reports of the tests that failed, which the summary of all stages shows again.
 fn aside(command: &mut Command) -> Outcome {
     let printed = command.output().map_err(|error| format!("cannot start `{}`: {error}", shown(command)))?;
     let mut out = std::io::stdout().lock();
     let written = out.write_all(&printed.stdout).and_then(|()| out.flush());
     written.and_then(|()| std::io::stderr().write_all(&printed.stderr)).map_err(|error| error.to_string())?;
-    if printed.status.success() { Ok(()) } else { Err(format!("`{}` ended with {}", shown(command), printed.status)) }
+    if printed.status.success() {
+        return Ok(());
+    }
+    let messages = String::from_utf8_lossy(&printed.stderr);
+    let reports: Vec<_> = messages.lines().skip_while(|line| !line.starts_with("======")).take(100).collect();
+    Err(format!("`{}` ended with {}\n{}", shown(command), printed.status, reports.join("\n")))
 }
 
 /// Returns the command that runs a file of `tests/blender` in a real window of Debian's Blender, on a display without a screen.
