@@ -101,33 +101,25 @@ fn colors<T: ColorTexel>(block: &[T]) -> Vec<f32> {
     block.iter().flat_map(|texel| texel.color().to_array()).collect()
 }
 
-impl PictureTexel for Rgba8 {
-    const CHANNELS: usize = 4;
-    const KIND: &'static str = "color";
-    const CONTENT: Content = Content::Color;
+macro_rules! color_pictures {
+    ($($texel:ty),*) => {$(
+        impl PictureTexel for $texel {
+            const CHANNELS: usize = 4;
+            const KIND: &'static str = "color";
+            const CONTENT: Content = Content::Color;
 
-    fn numbers(block: &[Self], _: usize) -> Vec<f32> {
-        colors(block)
-    }
+            fn numbers(block: &[Self], _: usize) -> Vec<f32> {
+                colors(block)
+            }
 
-    fn number(self) -> Vec<f32> {
-        colors(&[self])
-    }
+            fn number(self) -> Vec<f32> {
+                colors(&[self])
+            }
+        }
+    )*};
 }
 
-impl PictureTexel for Rgba16 {
-    const CHANNELS: usize = 4;
-    const KIND: &'static str = "color";
-    const CONTENT: Content = Content::Color;
-
-    fn numbers(block: &[Self], _: usize) -> Vec<f32> {
-        colors(block)
-    }
-
-    fn number(self) -> Vec<f32> {
-        colors(&[self])
-    }
-}
+color_pictures!(Rgba8, Rgba16);
 
 /// A tile of an atlas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

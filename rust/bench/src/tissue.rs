@@ -297,25 +297,7 @@ fn binding(context: &Context, report: &mut Report) -> Result<()> {
 }
 
 fn ball(name: &str, radius: f32, rings: u32) -> Shape {
-    let around = 2 * rings;
-    let mut points = vec![[0.0, 0.0, -radius], [0.0, 0.0, radius]];
-    for ring in 1..rings {
-        let polar = std::f32::consts::PI * ring as f32 / rings as f32;
-        points.extend((0..around).map(|at| {
-            let angle = std::f32::consts::TAU * at as f32 / around as f32;
-            [polar.sin() * angle.cos(), polar.sin() * angle.sin(), -polar.cos()].map(|part| radius * part)
-        }));
-    }
-    let id = |ring: u32, at: u32| 2 + (ring - 1) * around + at % around;
-    let mut triangles = Vec::new();
-    for at in 0..around {
-        triangles.push([0, id(1, at + 1), id(1, at)]);
-        triangles.push([1, id(rings - 1, at), id(rings - 1, at + 1)]);
-        for ring in 1..rings - 1 {
-            triangles.push([id(ring, at), id(ring, at + 1), id(ring + 1, at + 1)]);
-            triangles.push([id(ring, at), id(ring + 1, at + 1), id(ring + 1, at)]);
-        }
-    }
+    let (points, triangles) = relievo_testing::ball(radius, rings);
     Shape { name: name.into(), points, triangles }
 }
 

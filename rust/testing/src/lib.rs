@@ -1,6 +1,7 @@
 //! Cages for tests and benches, random ones and models beside the checkout, and characters; the graphics device of
 //! tests. Nothing that is shipped uses this crate.
 
+mod ball;
 mod device;
 mod grid;
 mod limbs;
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 
 use relievo_core::{Context, Mesh};
 
+pub use ball::ball;
 pub use device::device;
 pub use grid::{Random, grid};
 pub use limbs::{Limb, write_limbs};

@@ -69,7 +69,11 @@ fn recipe(object: &DisplacedObject, cage: &Mesh, ink: Ink, by: f64) -> Recipe {
         image: [x, y],
         place: nearest(&mesh, [0.1 * x + 1.0 + by, 0.1 * y + 1.0, 0.0]).expect("a place").0,
     };
-    let seen = Settings { opacity: 0.75, ..Settings::of(ink.kind()) };
+    pinned_by(pin, 4, ink)
+}
+
+/// A sticker of 20 pixels with three pins, on a surface of `cells` cells an edge.
+pub fn pinned_by(pin: impl Fn(f64, f64) -> Pin, cells: u32, ink: Ink) -> Recipe {
     Recipe {
         sticker: Sticker::whole([20, 20]).expect("a sticker"),
         image: 0,
@@ -77,10 +81,10 @@ fn recipe(object: &DisplacedObject, cage: &Mesh, ink: Ink, by: f64) -> Recipe {
         depths: Vec::new(),
         pose: None,
         settings: DecalSettings::default(),
-        cells: 4,
+        cells,
         layer: 0,
         ink,
-        seen,
+        seen: Settings { opacity: 0.75, ..Settings::of(ink.kind()) },
     }
 }
 

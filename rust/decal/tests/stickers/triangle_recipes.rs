@@ -3,13 +3,13 @@
 use glam::{DAffine3, Vec4};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Mesh};
-use relievo_decal::{DecalSettings, Ground, Ink, Pin, Place, Printable, Recipe, Sticker, nearest, recipes};
+use relievo_decal::{Ground, Ink, Pin, Place, Printable, Recipe, nearest, recipes};
 use relievo_detail::{History, LayeredObject, TriangleObject};
-use relievo_document::{Document, Settings};
+use relievo_document::Document;
 use relievo_surface::TriangleSurface;
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
 
-use crate::recipes::{LIMIT, image, state, texels, without_layers};
+use crate::recipes::{LIMIT, image, pinned_by, state, texels, without_layers};
 use crate::sheets::sheet;
 
 fn mesh() -> Mesh {
@@ -35,18 +35,7 @@ fn recipe(object: &mut TriangleObject, mesh: &Mesh, ink: Ink, by: f64) -> Recipe
         let place = TriangleObject::kept(&triangles, place.expect("a place").0).expect("a place of the mesh");
         Pin { image: [x, y], place }
     };
-    Recipe {
-        sticker: Sticker::whole([20, 20]).expect("a sticker"),
-        image: 0,
-        pins: vec![pin(4.0, 4.0), pin(16.0, 4.0), pin(10.0, 16.0)],
-        depths: Vec::new(),
-        pose: None,
-        settings: DecalSettings::default(),
-        cells: 1,
-        layer: 0,
-        ink,
-        seen: Settings { opacity: 0.75, ..Settings::of(ink.kind()) },
-    }
+    pinned_by(pin, 1, ink)
 }
 
 #[test]

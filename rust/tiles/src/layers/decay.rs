@@ -22,7 +22,7 @@ use crate::layers::fade::{Fader, FadingBlock, words};
 use crate::quads::channel::{Channel, neighbours};
 use crate::quads::field::Field;
 use crate::quads::ring::Change;
-use crate::store::blocks::Blocks;
+use crate::store::blocks::{Blocks, of_both};
 use crate::store::heap::{Heap, SizeClass};
 use crate::store::pages::{CowBlocks, Entry};
 use crate::store::stored::StoredTexel;
@@ -466,12 +466,7 @@ impl<T: StoredTexel> Blocks for StampBlocks<T> {
 
     fn changed(&self, other: &dyn Blocks) -> Vec<u32> {
         let any: &dyn Any = other;
-        let Some(other) = any.downcast_ref::<Self>() else {
-            let mut both = [self.numbers(), other.numbers()].concat();
-            both.sort_unstable();
-            both.dedup();
-            return both;
-        };
+        let Some(other) = any.downcast_ref::<Self>() else { return of_both(self, other) };
         let differs = |tile: &u32| match (self.pages.entry(*tile), other.pages.entry(*tile)) {
             (Some(a), Some(b)) => !Arc::ptr_eq(&a.texels, &b.texels) && a.texels != b.texels,
             (a, b) => a.is_some() || b.is_some(),

@@ -56,6 +56,14 @@ pub trait Blocks: Any + Debug + Send + Sync {
     fn is_shaped_as(&self, other: &dyn Blocks) -> bool;
 }
 
+/// The numbers of the blocks of two channels of different kinds, ascending.
+pub(crate) fn of_both(first: &dyn Blocks, second: &dyn Blocks) -> Vec<u32> {
+    let mut numbers = [first.numbers(), second.numbers()].concat();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+}
+
 impl<T: StoredTexel> Blocks for Field<T> {
     fn kind(&self) -> Kind {
         T::KIND
@@ -89,12 +97,7 @@ impl<T: StoredTexel> Blocks for Field<T> {
         let any: &dyn Any = other;
         match any.downcast_ref::<Self>() {
             Some(other) => self.differing(other),
-            None => {
-                let mut both = [self.numbers(), other.numbers()].concat();
-                both.sort_unstable();
-                both.dedup();
-                both
-            }
+            None => of_both(self, other),
         }
     }
 

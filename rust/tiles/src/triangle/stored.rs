@@ -14,7 +14,7 @@ use super::change::TriangleChange;
 use super::channel::{TriangleChannel, TriangleOptions};
 use super::field::{CHUNK, Entry, TriangleField};
 use super::pattern::Pattern;
-use crate::store::blocks::Blocks;
+use crate::store::blocks::{Blocks, of_both};
 use crate::store::pages::CowBlocks;
 use crate::store::paging::Paged;
 use crate::store::stored::{StoredTexel, layer_of};
@@ -74,12 +74,7 @@ impl<T: StoredTexel> Blocks for TriangleField<T> {
 
     fn changed(&self, other: &dyn Blocks) -> Vec<u32> {
         let any: &dyn Any = other;
-        let Some(other) = any.downcast_ref::<Self>() else {
-            let mut both = [self.numbers(), other.numbers()].concat();
-            both.sort_unstable();
-            both.dedup();
-            return both;
-        };
+        let Some(other) = any.downcast_ref::<Self>() else { return of_both(self, other) };
         self.changes(other).blocks(self.topology())
     }
 

@@ -2,6 +2,7 @@
 
 use relievo_core::Context;
 use relievo_core::progress::Silent;
+use relievo_testing::ball;
 use relievo_tissue::{
     Body, Collider, Curve, DistanceField, Held, Material, Model, Shape, Simulation, SimulationOptions, Sliding,
 };
@@ -11,34 +12,6 @@ use crate::bodies::{block, gel};
 /// A gel that survives a fall.
 pub fn firm() -> Material {
     Material { shear: 2e4, bulk: 2e5, ..gel() }
-}
-
-/// A ball of triangles about the origin.
-pub fn ball(radius: f32, rings: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
-    let around = 2 * rings;
-    let mut points = vec![[0.0, 0.0, -radius], [0.0, 0.0, radius]];
-    for ring in 1..rings {
-        let polar = std::f32::consts::PI * ring as f32 / rings as f32;
-        for at in 0..around {
-            let angle = std::f32::consts::TAU * at as f32 / around as f32;
-            points.push([
-                radius * polar.sin() * angle.cos(),
-                radius * polar.sin() * angle.sin(),
-                -radius * polar.cos(),
-            ]);
-        }
-    }
-    let id = |ring: u32, at: u32| 2 + (ring - 1) * around + at % around;
-    let mut triangles = Vec::new();
-    for at in 0..around {
-        triangles.push([0, id(1, at + 1), id(1, at)]);
-        triangles.push([1, id(rings - 1, at), id(rings - 1, at + 1)]);
-        for ring in 1..rings - 1 {
-            triangles.push([id(ring, at), id(ring, at + 1), id(ring + 1, at + 1)]);
-            triangles.push([id(ring, at), id(ring + 1, at + 1), id(ring + 1, at)]);
-        }
-    }
-    (points, triangles)
 }
 
 #[test]

@@ -2,12 +2,11 @@
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
+use relievo_testing::ball;
 use relievo_tissue::{
     Curve, Description, Drive, FibreField, Labels, Layer, Material, Model, Muscle, NurbsMuscle, Range, Restraint, Scan,
     Shape, Simulation, SimulationOptions, Skin, Volume,
 };
-
-use crate::contact::ball;
 
 fn shape(name: &str, (points, triangles): (Vec<[f32; 3]>, Vec<[u32; 3]>)) -> Shape {
     Shape { name: name.into(), points, triangles }

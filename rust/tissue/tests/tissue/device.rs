@@ -3,6 +3,7 @@
 use relievo_core::Context;
 use relievo_core::progress::Silent;
 use relievo_gpu::Device;
+use relievo_testing::ball;
 use relievo_testing::device;
 use relievo_tissue::{
     Body, Collider, Curve, DistanceField, Drive, Fibre, Held, Lists, Material, Model, Muscle, Portion, Shape,
@@ -10,7 +11,7 @@ use relievo_tissue::{
 };
 
 use crate::bodies;
-use crate::contact::{ball, firm};
+use crate::contact::firm;
 
 /// A block of two materials with a muscle along x in its upper half; its lower face is held. `bent` moves its nodes, so that
 /// no element is a box.

@@ -3,10 +3,10 @@
 use relievo_core::Context;
 use relievo_core::progress::Silent;
 use relievo_openvdb::{Grid, Module, Transform};
+use relievo_testing::ball;
 use relievo_tissue::{Labels, Range, Scan, Simulation, SimulationOptions};
 
 use crate::bodies::gel;
-use crate::contact::ball;
 
 #[test]
 fn a_level_set_of_a_ball_becomes_a_model_of_its_volume_and_that_a_grid_of_labels() {

@@ -1,6 +1,6 @@
 //! The camera of the view: it turns about a target, with the up direction of the scene upright.
 
-use egui::{Pos2, Rect, pos2};
+use egui::{Key, Pos2, Rect, pos2};
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 
 /// Vertical field of view, radians.
@@ -132,6 +132,21 @@ impl Camera {
             Side::Bottom => (0.0, -FRAC_PI_2),
         };
         self.is_parallel = true;
+    }
+
+    /// Looks from a side or changes the projection if `key` stands for that; the opposite side with `is_opposite`.
+    pub(crate) fn press(&mut self, key: Key, is_opposite: bool) {
+        let [front, right, top] = match is_opposite {
+            true => [Side::Back, Side::Left, Side::Bottom],
+            false => [Side::Front, Side::Right, Side::Top],
+        };
+        match key {
+            Key::Num1 => self.look_from(front),
+            Key::Num3 => self.look_from(right),
+            Key::Num7 => self.look_from(top),
+            Key::Num5 => self.toggle_projection(),
+            _ => {}
+        }
     }
 
     /// Changes between perspective and parallel projection.

@@ -11,7 +11,7 @@ use super::brush::{Brush, Held, Tool};
 use super::picker::Picked;
 use super::session::Session;
 use super::triangles::Shades;
-use crate::drawing::camera::{Camera, Side, aspect};
+use crate::drawing::camera::{Camera, aspect};
 use crate::drawing::rays::Rays;
 use crate::drawing::{draw_legend, rays};
 use decal::Picture;
@@ -179,12 +179,8 @@ impl Viewport {
         for event in &events {
             let Event::Key { key, pressed: true, modifiers, .. } = event else { continue };
             let (has_control, has_shift) = (modifiers.command || modifiers.ctrl, modifiers.shift);
-            let side = |plain, opposite| if has_control { opposite } else { plain };
+            self.camera.press(*key, has_control);
             match key {
-                Key::Num1 => self.camera.look_from(side(Side::Front, Side::Back)),
-                Key::Num3 => self.camera.look_from(side(Side::Right, Side::Left)),
-                Key::Num7 => self.camera.look_from(side(Side::Top, Side::Bottom)),
-                Key::Num5 => self.camera.toggle_projection(),
                 Key::Home => self.fit(),
                 Key::W if !has_control => self.is_wired = !self.is_wired,
                 Key::R if !has_control => self.rays.is_on = !self.rays.is_on,

@@ -9,7 +9,7 @@ use relievo_core::Result;
 use relievo_render::Mesh;
 
 use super::{Bake, Ball, Eye, Frames, Picture, Setting, Subject, bounds, complete, handle};
-use crate::drawing::camera::{Camera, Side, aspect};
+use crate::drawing::camera::{Camera, aspect};
 use crate::drawing::rays::{MAX_TRIANGLES, Rays};
 
 /// What the pointer does while a button is held.
@@ -254,13 +254,9 @@ impl Stage {
         for event in &ui.input(|input| input.events.clone()) {
             let Event::Key { key, pressed: true, modifiers, .. } = event else { continue };
             let has_control = modifiers.command || modifiers.ctrl;
-            let side = |plain, opposite| if has_control { opposite } else { plain };
             let last = self.frames.count.saturating_sub(1);
+            self.camera.press(*key, has_control);
             match key {
-                Key::Num1 => self.camera.look_from(side(Side::Front, Side::Back)),
-                Key::Num3 => self.camera.look_from(side(Side::Right, Side::Left)),
-                Key::Num7 => self.camera.look_from(side(Side::Top, Side::Bottom)),
-                Key::Num5 => self.camera.toggle_projection(),
                 Key::Home => self.fit(),
                 Key::W if !has_control => self.is_wired = !self.is_wired,
                 Key::R if !has_control => self.rays.is_on = !self.rays.is_on,
