@@ -238,6 +238,7 @@ impl Run<'_> {
 
     /// Returns whether the first frame of foam that is there was made with these settings, of this fluid; `None` without
     /// one.
+    #[cfg(feature = "view")]
     pub fn fits(&self, context: &Context, options: &DiffuseOptions) -> Result<Option<bool>> {
         let Some((_, first)) = self.fluid.first() else { return Ok(None) };
         let path = self.output().file(first);
@@ -253,6 +254,7 @@ impl Run<'_> {
     }
 
     /// Removes the frames of foam that are there.
+    #[cfg(feature = "view")]
     pub fn clear(&self) -> Result<()> {
         let folder = self.output();
         let files = self.fluid.iter().map(|(_, path)| folder.file(path)).filter(|path| path.exists());
