@@ -1,5 +1,5 @@
 //! The picture of triangles and balls on the graphics device: buffers of points and corners, of which what changed is
-//! written, and the pass that draws them.
+//! written, and the pass that draws them. A scene that rests is not drawn again: its last picture is copied.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use relievo_gpu::{Buffer, Device, wgpu};
 
 use super::camera::Camera;
 use crate::show::Ball;
-use crate::window::Target;
+use crate::window::{Target, attachment};
 
 /// Samples of a pixel.
 const SAMPLES: u32 = 4;
@@ -33,7 +33,7 @@ struct Point {
 
 /// The uniforms of the shader.
 #[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 struct View {
     projection: [f32; 16],
     axes: [[f32; 4]; 3],
@@ -68,6 +68,8 @@ pub(crate) struct Solid {
     /// The bytes of sRGB of linear values from 0 to 1.
     encoded: Vec<u8>,
     room: Vec<Point>,
+    /// How often it was changed.
+    changes: u64,
 }
 
 /// What draws solids.
@@ -82,10 +84,33 @@ struct Pipelines {
     surface: wgpu::RenderPipeline,
     lines: wgpu::RenderPipeline,
     balls: wgpu::RenderPipeline,
+    copy: wgpu::RenderPipeline,
     view: wgpu::Buffer,
     group: wgpu::BindGroup,
-    /// Colours and depths of all samples, of the size of the window.
-    targets: Option<([u32; 2], wgpu::TextureView, wgpu::TextureView)>,
+    targets: Option<Targets>,
+    /// What the picture in the targets is of.
+    drawn: Option<Drawn>,
+}
+
+/// Targets of the size of the window.
+struct Targets {
+    size: [u32; 2],
+    /// Colours and depths of all samples.
+    color: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    /// The picture, and what it is copied with.
+    picture: wgpu::TextureView,
+    copied: wgpu::BindGroup,
+}
+
+/// All that a picture depends on.
+#[derive(PartialEq)]
+struct Drawn {
+    size: [u32; 2],
+    area: [u32; 4],
+    view: View,
+    /// How often each solid was changed, and whether it has borders.
+    solids: Vec<(u64, bool)>,
 }
 
 impl Solid {
@@ -102,6 +127,7 @@ impl Solid {
             balls: Buffer::vertices(device, "balls of the view", 0)?,
             encoded: (0..=4096).map(|at| relievo_render::color::srgb_byte(at as f32 / 4096.0)).collect(),
             room: Vec::new(),
+            changes: 0,
         })
     }
 
@@ -127,6 +153,7 @@ impl Solid {
     /// # Errors
     /// The device has no memory for them.
     pub(crate) fn replace_balls(&mut self, balls: &[Ball]) -> Result<()> {
+        self.changes += 1;
         let byte = |value: f32| self.encoded[(value.clamp(0.0, 1.0) * 4096.0) as usize];
         let made: Vec<DeviceBall> = balls
             .iter()
@@ -151,6 +178,7 @@ impl Solid {
             let buffer = Buffer::vertices(&self.device, "borders of the view", lines.len())?;
             buffer.write(&self.device, 0, &lines)?;
             self.borders = Some(buffer);
+            self.changes += 1;
         }
         Ok(())
     }
@@ -172,6 +200,7 @@ impl Solid {
     }
 
     fn write(&mut self, arrays: Arrays<'_>, range: Range<u32>) -> Result<u64> {
+        self.changes += 1;
         let Self { encoded, room, .. } = self;
         let at = range.start as usize..range.end as usize;
         let points = arrays.points.get(at.clone()).unwrap_or_default();
@@ -197,7 +226,7 @@ impl Shaded {
     }
 
     /// Records the picture of solids into the part `area` of the target, given by its upper left and its size in pixels. A
-    /// solid that is marked is drawn with its borders.
+    /// solid that is marked is drawn with its borders. The solids at each place of the list are the same in every call.
     ///
     /// # Errors
     /// The device has no memory for it, or is lost.
@@ -205,7 +234,7 @@ impl Shaded {
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         target: &Target<'_>,
-        [left, top, width, height]: [u32; 4],
+        area: [u32; 4],
         camera: &Camera,
         solids: &[(&Solid, bool)],
     ) -> Result<()> {
@@ -214,57 +243,20 @@ impl Shaded {
             Some(pipelines) => self.pipelines.insert(pipelines),
             None => self.pipelines.insert(Pipelines::new(&device, target.format)?),
         };
-        let (color, depth) = pipelines.targets(&device, target.size)?;
-        let aspect = f64::from(width) / f64::from(height.max(1));
+        pipelines.make_targets(&device, target.size)?;
+        let aspect = f64::from(area[2]) / f64::from(area[3].max(1));
         let view = uniforms(&camera.matrix(aspect), camera);
-        device.guard(|| device.queue().write_buffer(&pipelines.view, 0, bytemuck::bytes_of(&view)))?;
-        let load = wgpu::LoadOp::Clear(BACKGROUND);
-        let attachment = wgpu::RenderPassColorAttachment {
-            view: &color,
-            depth_slice: None,
-            resolve_target: Some(target.view),
-            ops: wgpu::Operations { load, store: wgpu::StoreOp::Discard },
-        };
-        let depth = wgpu::RenderPassDepthStencilAttachment {
-            view: &depth,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
-            stencil_ops: None,
-        };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("model"),
-            color_attachments: &[Some(attachment)],
-            depth_stencil_attachment: Some(depth),
-            ..Default::default()
-        });
-        let is_inside = left + width <= target.size[0] && top + height <= target.size[1];
-        if width == 0 || height == 0 || !is_inside {
-            return Ok(());
+        let states = solids.iter().map(|(solid, is_wired)| (solid.changes, *is_wired)).collect();
+        let wanted = Drawn { size: target.size, area, view, solids: states };
+        if pipelines.drawn.as_ref() != Some(&wanted) {
+            device.guard(|| device.queue().write_buffer(&pipelines.view, 0, bytemuck::bytes_of(&view)))?;
+            pipelines.draw(encoder, target.size, area, solids);
+            pipelines.drawn = Some(wanted);
         }
-        pass.set_viewport(left as f32, top as f32, width as f32, height as f32, 0.0, 1.0);
-        pass.set_scissor_rect(left, top, width, height);
-        pass.set_bind_group(0, &pipelines.group, &[]);
-        for (solid, is_wired) in solids {
-            if !solid.corners.is_empty() && !solid.points.is_empty() {
-                pass.set_vertex_buffer(0, solid.points.wgpu().slice(..));
-                pass.set_pipeline(&pipelines.surface);
-                pass.set_index_buffer(solid.corners.wgpu().slice(..), wgpu::IndexFormat::Uint32);
-                pass.draw_indexed(0..solid.corners.len() as u32, 0, 0..1);
-                if let Some(borders) = solid.borders.as_ref().filter(|borders| *is_wired && !borders.is_empty()) {
-                    pass.set_pipeline(&pipelines.lines);
-                    pass.set_index_buffer(borders.wgpu().slice(..), wgpu::IndexFormat::Uint32);
-                    pass.draw_indexed(0..borders.len() as u32, 0, 0..1);
-                }
-            }
-            if !solid.balls.is_empty() {
-                pass.set_vertex_buffer(0, solid.balls.wgpu().slice(..));
-                pass.set_pipeline(&pipelines.balls);
-                pass.draw(0..4, 0..solid.balls.len() as u32);
-            }
-        }
+        pipelines.copy(encoder, target);
         Ok(())
     }
 }
-
 fn uniforms(matrix: &DMat4, camera: &Camera) -> View {
     let axes = camera.axes();
     let axis = |axis: glam::DVec3| axis.as_vec3().extend(0.0).to_array();
@@ -273,6 +265,32 @@ fn uniforms(matrix: &DMat4, camera: &Camera) -> View {
         axes: [axis(axes.x_axis), axis(axes.y_axis), axis(axes.z_axis)],
         line: [0.09, 0.1, 0.12, 2e-4],
     }
+}
+
+/// Makes what copies a picture into the whole of a target.
+fn copying(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::RenderPipeline {
+    let module = device.create_shader_module(wgpu::include_wgsl!("copy.wgsl"));
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("copy of the view"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("copy_corner"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("copy_color"),
+            compilation_options: Default::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
 }
 
 impl Pipelines {
@@ -356,30 +374,106 @@ impl Pipelines {
             let surface = pipeline(["surface_point", "surface_color"], wgpu::PrimitiveTopology::TriangleList, &points);
             let lines = pipeline(["line_point", "line_color"], wgpu::PrimitiveTopology::LineList, &points);
             let balls = pipeline(["ball_corner", "ball_color"], wgpu::PrimitiveTopology::TriangleStrip, &balls);
-            Self { format, surface, lines, balls, view, group, targets: None }
+            let copy = copying(wgpu, format);
+            Self { format, surface, lines, balls, copy, view, group, targets: None, drawn: None }
         })
     }
 
-    /// The targets of colour and depth of a size, made anew where it is another one.
-    fn targets(&mut self, device: &Device, size: [u32; 2]) -> Result<(wgpu::TextureView, wgpu::TextureView)> {
-        if let Some((_, color, depth)) = self.targets.as_ref().filter(|(made, ..)| *made == size) {
-            return Ok((color.clone(), depth.clone()));
+    /// Records the picture into the targets.
+    fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        size: [u32; 2],
+        [left, top, width, height]: [u32; 4],
+        solids: &[(&Solid, bool)],
+    ) {
+        let Some(targets) = &self.targets else { return };
+        let load = wgpu::LoadOp::Clear(BACKGROUND);
+        let attachment = wgpu::RenderPassColorAttachment {
+            view: &targets.color,
+            depth_slice: None,
+            resolve_target: Some(&targets.picture),
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Discard },
+        };
+        let depth = wgpu::RenderPassDepthStencilAttachment {
+            view: &targets.depth,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
+            stencil_ops: None,
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("model"),
+            color_attachments: &[Some(attachment)],
+            depth_stencil_attachment: Some(depth),
+            ..Default::default()
+        });
+        let is_inside = left + width <= size[0] && top + height <= size[1];
+        if width == 0 || height == 0 || !is_inside {
+            return;
         }
-        let texture = |format| {
+        pass.set_viewport(left as f32, top as f32, width as f32, height as f32, 0.0, 1.0);
+        pass.set_scissor_rect(left, top, width, height);
+        pass.set_bind_group(0, &self.group, &[]);
+        for (solid, is_wired) in solids {
+            if !solid.corners.is_empty() && !solid.points.is_empty() {
+                pass.set_vertex_buffer(0, solid.points.wgpu().slice(..));
+                pass.set_pipeline(&self.surface);
+                pass.set_index_buffer(solid.corners.wgpu().slice(..), wgpu::IndexFormat::Uint32);
+                pass.draw_indexed(0..solid.corners.len() as u32, 0, 0..1);
+                if let Some(borders) = solid.borders.as_ref().filter(|borders| *is_wired && !borders.is_empty()) {
+                    pass.set_pipeline(&self.lines);
+                    pass.set_index_buffer(borders.wgpu().slice(..), wgpu::IndexFormat::Uint32);
+                    pass.draw_indexed(0..borders.len() as u32, 0, 0..1);
+                }
+            }
+            if !solid.balls.is_empty() {
+                pass.set_vertex_buffer(0, solid.balls.wgpu().slice(..));
+                pass.set_pipeline(&self.balls);
+                pass.draw(0..4, 0..solid.balls.len() as u32);
+            }
+        }
+    }
+
+    /// Records a copy of the picture in the targets.
+    fn copy(&self, encoder: &mut wgpu::CommandEncoder, target: &Target<'_>) {
+        let Some(targets) = &self.targets else { return };
+        let color_attachments = &[Some(attachment(target.view, wgpu::LoadOp::Clear(BACKGROUND)))];
+        let mut pass =
+            encoder.begin_render_pass(&wgpu::RenderPassDescriptor { color_attachments, ..Default::default() });
+        pass.set_pipeline(&self.copy);
+        pass.set_bind_group(0, &targets.copied, &[]);
+        pass.draw(0..3, 0..1);
+    }
+
+    /// Makes targets of a size where there are none of it.
+    fn make_targets(&mut self, device: &Device, size: [u32; 2]) -> Result<()> {
+        if self.targets.as_ref().is_some_and(|targets| targets.size == size) {
+            return Ok(());
+        }
+        self.drawn = None;
+        let texture = |format, sample_count, usage| {
             let texture = device.wgpu().create_texture(&wgpu::TextureDescriptor {
-                label: Some("samples of the view"),
+                label: Some("picture of the view"),
                 size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
                 mip_level_count: 1,
-                sample_count: SAMPLES,
+                sample_count,
                 dimension: wgpu::TextureDimension::D2,
                 format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
                 view_formats: &[],
             });
             texture.create_view(&wgpu::TextureViewDescriptor::default())
         };
-        let (color, depth) = device.guard(|| (texture(self.format), texture(DEPTH)))?;
-        self.targets = Some((size, color.clone(), depth.clone()));
-        Ok((color, depth))
+        self.targets = Some(device.guard(|| {
+            let picture = texture(self.format, 1, wgpu::TextureUsages::TEXTURE_BINDING);
+            let copied = device.wgpu().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout: &self.copy.get_bind_group_layout(0),
+                entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&picture) }],
+            });
+            let [color, depth] =
+                [self.format, DEPTH].map(|format| texture(format, SAMPLES, wgpu::TextureUsages::empty()));
+            Targets { size, color, depth, picture, copied }
+        })?);
+        Ok(())
     }
 }
