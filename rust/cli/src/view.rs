@@ -12,6 +12,7 @@ mod walkers;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
 use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_view::Script;
@@ -40,9 +41,9 @@ With an image (--decal): click: lay it, then add a pin; drag: move a pin; Delete
 off. A file that is dropped on the window is the brush's image, the image to lay, or the mesh to press.
 
 Acts of a script, one a line: drag BUTTON X0 Y0 X1 Y1 (left, middle or right, after ctrl+ or shift+; places are shares of the
-view), point X Y, wheel NOTCHES, press NAME (what stands on a button, a layer's name, eye NAME, edit NUMBER), key NAME,
-type TEXT, drop FILE (on the window), resize WIDTH HEIGHT, wait_frames N, rest (until the caster's picture and recorded ones are
-there), screenshot FILE, quit";
+view), point X Y, pen PRESSURE LEAN (a pen from now on, 0 to 1 and degrees), wheel NOTCHES, press NAME (what stands on a button, a
+layer's name, eye NAME, edit NUMBER), key NAME, type TEXT, drop FILE (on the window), resize WIDTH HEIGHT, wait_frames N, rest
+(until the caster's picture and recorded ones are there), screenshot FILE, quit";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
@@ -88,7 +89,7 @@ pub struct Arguments {
     /// Play the acts of a file, as a mouse and a keyboard would do them, and close the window.
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
-    /// Print what brush events cost when the window is closed.
+    /// Print when the window is closed what brush events cost, how long the first picture took and how many came a second.
     #[arg(long)]
     costs: bool,
     #[command(flatten)]
@@ -110,6 +111,7 @@ fn cells(text: &str) -> std::result::Result<u32, String> {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
+    let begins = Instant::now();
     let script = arguments.script.as_deref().map(Script::read).transpose()?;
     let device = arguments
         .adapter
@@ -146,7 +148,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let session = model::run(session, &device, arguments.up.map_or(2, axis), script)?;
     if arguments.costs {
-        crate::print(&session.costs.summary())?;
+        let first = session.costs.first_frame().map_or(0.0, |first| (first - begins).as_secs_f64());
+        crate::print(&format!("{}first picture: after {first:.2} s\n", session.costs.summary()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

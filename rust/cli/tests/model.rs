@@ -59,6 +59,7 @@ fn a_ball_is_turned_sculpted_painted_undone_and_saved() {
     assert!(document.layers().iter().filter(|layer| !layer.blocks().is_empty()).count() >= 2);
     assert!(!folder.join("ball.autosave.relievo").exists());
     assert!(printed.starts_with("brush events: ") && !printed.starts_with("brush events: 0"), "{printed}");
+    assert!(printed.contains("\nframes: ") && printed.contains("\nfirst picture: after "), "{printed}");
 }
 
 #[test]
@@ -156,6 +157,35 @@ fn a_dropped_image_is_the_stamp_of_the_brush() {
     view(folder, &["ball.obj", "--cells", "32", "--stamp", "flag.png"], script);
     let [given] = pictures(folder, ["given"]);
     assert_eq!(colored(&given), [blue, green]);
+}
+
+#[test]
+fn a_pen_paints_as_hard_as_it_presses_and_wider_where_it_leans() {
+    if !is_possible() {
+        return;
+    }
+    let folder = folder_of_ball("brush.tool paint mix\nbrush.strength 1\nbrush.color 0 0 1\nbrush.falloff constant\n");
+    let folder = folder.path();
+    let dab = |pen: &str, name: &str| {
+        format!("{pen}\ndrag left 0.5 0.5 0.5 0.5\npoint 0.02 0.02\nwait_frames 2\nscreenshot {name}.png\nkey ctrl+z\n")
+    };
+    let script = format!(
+        "resize 1000 620\nwait_frames 1\nkey 1\nwait_frames 2\n{}{}{}{}quit\n",
+        dab("wait_frames 1", "mouse"),
+        dab("pen 0.3 30", "light"),
+        dab("pen 1 30", "hard"),
+        dab("pen 1 70", "flat")
+    );
+    view(folder, &["ball.obj", "--cells", "32"], &script);
+    let [mouse, light, hard, flat] = pictures(folder, ["mouse", "light", "hard", "flat"]);
+    let middle = [0.35, 0.3, 0.65, 0.7];
+    let size = |image: &Image| share(image, middle, |[r, _, b]| b > 0.2 && b > 1.1 * r);
+    // A pen that stands and presses fully is as a mouse; one that presses less leaves more of the grey.
+    assert_eq!(difference(&mouse, &hard), 0.0);
+    assert!(share(&hard, middle, is_blue) > 0.01 && share(&light, middle, is_blue) < 1e-4);
+    assert!((0.8..1.2).contains(&(size(&light) / size(&hard))), "{} {}", size(&light), size(&hard));
+    // Flat it is twice as wide.
+    assert!((3.2..4.8).contains(&(size(&flat) / size(&hard))), "{} {}", size(&flat), size(&hard));
 }
 
 #[test]

@@ -7,6 +7,7 @@
 
 mod drawing;
 pub mod model;
+mod pen;
 mod player;
 mod preferences;
 mod script;

@@ -15,6 +15,7 @@ mod triangles;
 mod viewport;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use egui::Rect;
 use glam::Vec3;
@@ -24,6 +25,7 @@ use relievo_gpu::{Device, wgpu};
 use crate::drawing::camera::Camera;
 use crate::drawing::shaded::{Arrays, Shaded, Solid};
 use crate::drawing::{pixels, rays};
+use crate::pen::PenState;
 use crate::preferences::Preferences;
 use crate::script::Script;
 use crate::window::{self, Content, Target};
@@ -146,6 +148,14 @@ impl Content for Viewer {
 
     fn device(&self) -> &Device {
         &self.device
+    }
+
+    fn hold(&mut self, pen: Vec<PenState>) {
+        self.viewport.pens = pen;
+    }
+
+    fn count(&mut self, since: Option<Duration>) {
+        self.session.costs.end_frame(since);
     }
 
     fn show(&mut self, ui: &mut egui::Ui) {

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, Rect, TouchPhase, Vec2, pos2};
 use relievo_core::{Error, Result};
 
+use crate::pen::PenState;
 use crate::script::{Act, Script};
 use crate::window::Content;
 
@@ -23,6 +24,8 @@ pub(crate) struct Player {
     waited: u32,
     /// Where the pointer is, in points.
     pointer: Pos2,
+    /// How the pen is held that the script has.
+    pub(crate) pen: PenState,
 }
 
 /// What a frame of a script asks for besides events.
@@ -36,7 +39,7 @@ pub(crate) enum Wish {
 
 impl Player {
     pub(crate) fn new(script: Script) -> Self {
-        Self { acts: script.acts.into(), frames: VecDeque::new(), waited: 0, pointer: Pos2::ZERO }
+        Self { acts: script.acts.into(), frames: VecDeque::new(), waited: 0, pointer: Pos2::ZERO, pen: PenState::MOUSE }
     }
 
     /// Returns the events of the next frame.
@@ -62,6 +65,11 @@ impl Player {
                 self.pointer = within(area, *share);
                 vec![vec![Event::PointerMoved(self.pointer)], Vec::new()]
             }),
+            Act::Pen(held) => {
+                let [pressure, lean] = held.map(f64::from);
+                self.pen = PenState { pressure, lean };
+                Some(vec![Vec::new()])
+            }
             Act::Wheel(notches) => Some(vec![vec![wheel(*notches)], Vec::new()]),
             Act::Key { key, modifiers } => Some(press(*key, *modifiers)),
             Act::Type(text) => Some(vec![vec![Event::Text(text.clone())]]),

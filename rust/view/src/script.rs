@@ -8,6 +8,7 @@
 //! drag A B 0.1 0.1 0.6 0.9   brushes the plot of features A and B, in shares of its width and height from the upper left
 //! drag left 0.3 0.5 0.6 0.5  drags over the view of a model, in shares of it; also `middle`, `right`, `ctrl+left`, `shift+left`
 //! point 0.3 0.5           the pointer over the view
+//! pen 0.4 50              a pen from now on, how hard it presses and the degrees that it leans; `pen 1 0` is as a mouse
 //! wheel -2                notches of the wheel, where the pointer is
 //! resize 960 600          other width and height of the window
 //! key s                   a key, with `ctrl+` and `shift+` before it where these are down
@@ -55,6 +56,8 @@ pub(crate) enum Act {
     },
     /// The pointer at a place of the view, in shares of it.
     Point([f32; 2]),
+    /// How hard a pen presses, 0 to 1, and by how many degrees it leans, from now on.
+    Pen([f32; 2]),
     /// Notches of the wheel, positive away from the user.
     Wheel(f32),
     /// Points of the window's width and height.
@@ -148,6 +151,13 @@ fn act(line: &str) -> Option<Act> {
             [x, y] => Some(Act::Point([share(x)?, share(y)?])),
             _ => None,
         },
+        "pen" => match parts.as_slice() {
+            [pressure, lean] => {
+                let lean = lean.parse().ok().filter(|lean| (0.0..=90.0).contains(lean))?;
+                Some(Act::Pen([share(pressure)?, lean]))
+            }
+            _ => None,
+        },
         "wheel" => rest.parse().ok().filter(|notches: &f32| notches.abs() <= 100.0).map(Act::Wheel),
         "resize" => match parts.as_slice() {
             [width, height] => {
@@ -204,11 +214,13 @@ mod tests {
         assert_eq!(script.acts[2], Act::Drag { axes: [0, 1], from: [0.1, 0.2], to: [0.5, 1.0] });
         assert_eq!(script.acts[3], Act::Press("Write vector".into()));
         let script =
-            Script::parse("drag shift+middle 0 0.5 1 0.5\nwheel -2\nresize 960 600\nkey ctrl+shift+z").unwrap();
+            Script::parse("drag shift+middle 0 0.5 1 0.5\nwheel -2\nresize 960 600\nkey ctrl+shift+z\npen 0.5 60")
+                .unwrap();
         let (button, [from, to]) = (egui::PointerButton::Middle, [[0.0, 0.5], [1.0, 0.5]]);
         assert_eq!(script.acts[0], Act::Sweep { button, modifiers: Modifiers::SHIFT, from, to });
         assert_eq!(script.acts[1..3], [Act::Wheel(-2.0), Act::Resize([960, 600])]);
         assert_eq!(script.acts[3], Act::Key { key: egui::Key::Z, modifiers: control | Modifiers::SHIFT });
+        assert_eq!(script.acts[4], Act::Pen([0.5, 60.0]));
         for wrong in [
             "clock 3 4",
             "click 3",
@@ -217,6 +229,8 @@ mod tests {
             "drag left 0 0 2 1",
             "drag up 0 0 1 1",
             "point 0.5",
+            "pen 0.5",
+            "pen 0.5 91",
             "wheel nan",
             "resize 9 9",
             "key nothing",

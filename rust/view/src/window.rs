@@ -15,6 +15,7 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
 
+use crate::pen::{PenState, Pens};
 use crate::player::{Player, Wish};
 use crate::script::Script;
 
@@ -34,7 +35,7 @@ pub(crate) fn run<C: Content>(context: egui::Context, content: C, script: Option
         context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
     }
     let mut application =
-        Application { content, context, player: script.map(Player::new), shown: None, outcome: Ok(()) };
+        Application { content, context, player: script.map(Player::new), shown: None, began: None, outcome: Ok(()) };
     let ended = events.run_app(&mut application);
     application.outcome?;
     ended.map_err(|error| Error::new(ErrorKind::Device, format!("the window failed: {error}")))?;
@@ -51,6 +52,12 @@ pub(crate) trait Content {
 
     /// The device that draws.
     fn device(&self) -> &Device;
+
+    /// Takes how the pen, or the mouse, was held since the last frame, in the order of its places.
+    fn hold(&mut self, _pen: Vec<PenState>) {}
+
+    /// Notes that a frame is drawn; `since` is how long ago the last one began that called for it at once, if there is one.
+    fn count(&mut self, _since: Option<Duration>) {}
 
     /// Lays out a frame and acts on what the user does.
     fn show(&mut self, ui: &mut egui::Ui);
@@ -161,6 +168,7 @@ struct Shown {
     configuration: wgpu::SurfaceConfiguration,
     input: egui_winit::State,
     renderer: Renderer,
+    pens: Option<Pens>,
 }
 
 struct Application<C> {
@@ -168,6 +176,8 @@ struct Application<C> {
     context: egui::Context,
     player: Option<Player>,
     shown: Option<Shown>,
+    /// When the last frame began, if it called for the next at once.
+    began: Option<Instant>,
     outcome: Result<()>,
 }
 
@@ -188,7 +198,16 @@ impl<C: Content> Application<C> {
         let scale = window.scale_factor() as f32;
         let input =
             egui_winit::State::new(self.context.clone(), ViewportId::ROOT, &window, Some(scale), None, Some(most));
-        Ok(Shown { window, surface, configuration, input, renderer })
+        Ok(Shown { window, surface, configuration, input, renderer, pens: Pens::open() })
+    }
+
+    /// Draws a frame as [`Self::frame`] does, and has the content count it.
+    fn timed_frame(&mut self) -> Result<Option<Duration>> {
+        let begins = Instant::now();
+        let delay = self.frame()?;
+        self.content.count(self.began.map(|before| begins - before));
+        self.began = (delay == Some(Duration::ZERO)).then_some(begins);
+        Ok(delay)
     }
 
     /// Draws a frame. Returns how long nothing changes without an event, or `None` once the window is to close.
@@ -197,6 +216,8 @@ impl<C: Content> Application<C> {
         let Some(shown) = shown else { return Ok(Some(Duration::MAX)) };
         let mut input = shown.input.take_egui_input(&shown.window);
         let mut wish = Wish::Nothing;
+        let held = shown.pens.as_mut().map_or_else(Vec::new, Pens::take);
+        content.hold(player.as_ref().map_or(held, |player| vec![player.pen]));
         if let Some(player) = player {
             let (events, wished) = player.step(content)?;
             // A script has the focus that a person would give by a click.
@@ -378,7 +399,7 @@ impl<C: Content> ApplicationHandler for Application<C> {
                 }
                 shown.window.request_redraw();
             }
-            WindowEvent::RedrawRequested => match self.frame() {
+            WindowEvent::RedrawRequested => match self.timed_frame() {
                 Ok(None) => events.exit(),
                 Ok(Some(Duration::ZERO)) => {
                     if let Some(shown) = &self.shown {

@@ -63,10 +63,10 @@ fn a_dab_is_as_high_as_the_brush_says_on_either_kind_of_surface() {
             assert!(height(&mut session, x, 1.2).abs() < 1e-6, "{kind:?}");
         }
         session.brush.symmetry = false;
-        stroke(&mut session, Held { inverts: true, smooths: false }, &[(1.0, 0.0)]);
+        stroke(&mut session, Held { inverts: true, ..Held::default() }, &[(1.0, 0.0)]);
         assert!(height(&mut session, 1.0, 0.0).abs() < 0.01 && height(&mut session, -1.0, 0.0) > 0.19, "{kind:?}");
         let peak = height(&mut session, -1.0, 0.0);
-        stroke(&mut session, Held { inverts: false, smooths: true }, &[(-1.0, 0.0); 1]);
+        stroke(&mut session, Held { smooths: true, ..Held::default() }, &[(-1.0, 0.0); 1]);
         assert!(height(&mut session, -1.0, 0.0) < peak, "{kind:?}");
         // All of it goes to the bit, and comes back.
         let after = height(&mut session, -0.9, 0.1);

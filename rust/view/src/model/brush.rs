@@ -14,6 +14,10 @@ const SHARE: f64 = 0.06;
 /// under it, and these are about 300 then.
 const SIDES: f64 = 10.0;
 
+/// Degrees that a pen leans from which on the brush gets wider, and from which on it is as wide as it gets: pens lean by some
+/// 30 in a hand that writes.
+const WIDENING: [f64; 2] = [40.0, 65.0];
+
 /// What the brush does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tool {
@@ -50,13 +54,24 @@ impl Tool {
     }
 }
 
-/// What keys that are held make of a stroke.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// What keys that are held, and how the pen is held, make of a stroke.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Held {
     /// Control: the other way round.
     pub inverts: bool,
     /// Shift: smooths or blurs.
     pub smooths: bool,
+    /// Degrees that the pen leans.
+    pub lean: f64,
+}
+
+impl Held {
+    /// How many times as wide the brush is: as long as a pen is held as for writing, once; flat as a pencil for shading,
+    /// twice.
+    pub(crate) fn width(&self) -> f64 {
+        let [from, to] = WIDENING;
+        1.0 + ((self.lean - from) / (to - from)).clamp(0.0, 1.0)
+    }
 }
 
 /// A brush.
@@ -171,7 +186,7 @@ impl Brush {
     /// The stroke without points.
     pub fn stroke(&self, held: Held) -> Stroke {
         let settings = StrokeSettings {
-            radius: self.radius as f32,
+            radius: (held.width() * self.radius) as f32,
             strength: self.strength,
             symmetry_x: if self.symmetry { Switch::ON } else { Switch::OFF },
             ..StrokeSettings::default()
@@ -194,7 +209,7 @@ mod tests {
     fn keys_invert_and_smooth() {
         let mut brush = Brush::new(2.0, 1.0);
         let [plain, inverted, smooth] = [(false, false), (true, false), (true, true)]
-            .map(|(inverts, smooths)| brush.stroke(Held { inverts, smooths }).action);
+            .map(|(inverts, smooths)| brush.stroke(Held { inverts, smooths, ..Held::default() }).action);
         let heights = [plain, inverted].map(|action| match action {
             Action::Sculpt { mode: SculptMode::Draw, height } => height,
             other => panic!("{other:?}"),
@@ -203,10 +218,19 @@ mod tests {
         assert!(matches!(smooth, Action::Sculpt { mode: SculptMode::Smooth, .. }));
         brush.tool = Tool::Paint(PaintMode::Mix);
         assert!(matches!(
-            brush.stroke(Held { inverts: true, smooths: false }).action,
+            brush.stroke(Held { inverts: true, ..Held::default() }).action,
             Action::Paint { mode: PaintMode::Erase, .. }
         ));
         brush.stroke(Held::default()).check_brush().unwrap();
+    }
+
+    #[test]
+    fn a_pen_that_leans_makes_the_brush_wider() {
+        let brush = Brush::new(2.0, 1.0);
+        for (lean, width) in [(0.0, 1.0), (40.0, 1.0), (52.5, 1.5), (65.0, 2.0), (90.0, 2.0)] {
+            let stroke = brush.stroke(Held { lean, ..Held::default() });
+            assert!((f64::from(stroke.settings.radius) - width * brush.radius).abs() < 1e-6, "{lean}");
+        }
     }
 
     #[test]

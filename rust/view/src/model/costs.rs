@@ -1,17 +1,25 @@
 //! What the stages of an event cost.
 
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// The stages of a brush event: the ray, the dabs, the triangles and what is written to the device.
 pub const STAGES: [&str; 4] = ["pick", "dabs", "triangles", "upload"];
 
-/// Milliseconds of the stages of the brush events of a session.
+/// Frames whose times are remembered.
+const MAX_FRAMES: usize = 1 << 12;
+
+/// Milliseconds of the stages of the brush events of a session, and of its frames.
 #[derive(Clone, Debug, Default)]
 pub struct Costs {
     /// Of each event.
     events: Vec<[f32; STAGES.len()]>,
     /// Of the stages of the event under way.
     current: [f32; STAGES.len()],
+    /// Between frames that followed one another at once, the last [`MAX_FRAMES`] of them.
+    frames: VecDeque<f32>,
+    /// When the first frame was drawn.
+    first: Option<Instant>,
     /// Of what was done last that is no brush event, by name.
     pub(crate) others: Vec<(&'static str, f32)>,
 }
@@ -55,18 +63,29 @@ impl Costs {
         }
     }
 
+    /// Counts a frame that was drawn, `since` the one before began if that called for it at once.
+    pub(crate) fn end_frame(&mut self, since: Option<Duration>) {
+        self.first.get_or_insert_with(Instant::now);
+        self.frames.extend(since.map(milliseconds));
+        if self.frames.len() > MAX_FRAMES {
+            self.frames.pop_front();
+        }
+    }
+
+    /// When the first frame was drawn, if one was.
+    pub fn first_frame(&self) -> Option<Instant> {
+        self.first
+    }
+
     /// Milliseconds of the stages of the last event.
     pub fn last(&self) -> Option<[f32; STAGES.len()]> {
         self.events.last().copied()
     }
 
-    /// Says what the events cost: their number, median and most, and the medians of their stages.
+    /// Says what the events cost: their number, median and most, and the medians of their stages; and the time between
+    /// frames.
     pub fn summary(&self) -> String {
-        let median = |of: &dyn Fn(&[f32; STAGES.len()]) -> f32| {
-            let mut all: Vec<f32> = self.events.iter().map(of).collect();
-            all.sort_by(f32::total_cmp);
-            all.get(all.len() / 2).copied().unwrap_or_default()
-        };
+        let median = |of: &dyn Fn(&[f32; STAGES.len()]) -> f32| middle(self.events.iter().map(of));
         let total = |event: &[f32; STAGES.len()]| event.iter().sum::<f32>();
         let most = self.events.iter().map(total).fold(0.0, f32::max);
         let mut text =
@@ -77,8 +96,19 @@ impl Costs {
         for (name, time) in &self.others {
             text += &format!("  {name}: {time:.1} ms\n");
         }
+        if !self.frames.is_empty() {
+            let time = middle(self.frames.iter().copied());
+            text += &format!("frames: {}, median {time:.1} ms, {:.0} a second\n", self.frames.len(), 1e3 / time);
+        }
         text
     }
+}
+
+/// Returns the median of some values; 0 without one.
+fn middle(values: impl Iterator<Item = f32>) -> f32 {
+    let mut all: Vec<f32> = values.collect();
+    all.sort_by(f32::total_cmp);
+    all.get(all.len() / 2).copied().unwrap_or_default()
 }
 
 fn milliseconds(time: Duration) -> f32 {
@@ -98,5 +128,12 @@ mod tests {
         assert_eq!(costs.last(), Some([1.0, 2.0, 3.0, 4.0]));
         let summary = costs.summary();
         assert!(summary.contains("brush events: 1, median 10.00 ms, most 10.00 ms"), "{summary}");
+        assert!(!summary.contains("frames") && costs.first_frame().is_none(), "{summary}");
+        for since in [None, Some(20), Some(40), Some(25)] {
+            costs.end_frame(since.map(Duration::from_millis));
+        }
+        let summary = costs.summary();
+        assert!(summary.contains("frames: 3, median 25.0 ms, 40 a second"), "{summary}");
+        assert!(costs.first_frame().is_some());
     }
 }

@@ -14,6 +14,7 @@ use super::triangles::Shades;
 use crate::drawing::camera::{Camera, aspect};
 use crate::drawing::rays::Rays;
 use crate::drawing::{draw_legend, rays};
+use crate::pen::{PenState, state_at};
 use decal::Picture;
 
 /// Sides of the polygon that is drawn as a circle.
@@ -64,8 +65,10 @@ pub(crate) struct Viewport {
     under: Option<Picked>,
     /// Where the pointer was at the last event.
     last: Option<Pos2>,
-    /// The pressure of the pen, 0 to 1; 1 for a mouse.
-    pressure: f64,
+    /// How the pen was held since the last frame.
+    pub(crate) pens: Vec<PenState>,
+    /// How the pen is held.
+    pen: PenState,
     /// When the last stroke ended whose detail may be finer than faces show.
     ended: Option<f64>,
     is_fitted: bool,
@@ -86,7 +89,8 @@ impl Viewport {
             setting: None,
             under: None,
             last: None,
-            pressure: 1.0,
+            pens: Vec::new(),
+            pen: PenState::MOUSE,
             ended: None,
             is_fitted: false,
             picture: None,
@@ -226,14 +230,20 @@ impl Viewport {
 
     fn pointer(&mut self, ui: &Ui, session: &mut Session, response: &Response) -> Result<()> {
         let (events, held, latest) = ui.input(|input| {
-            let held =
-                Held { inverts: input.modifiers.ctrl || input.modifiers.command, smooths: input.modifiers.shift };
+            let inverts = input.modifiers.ctrl || input.modifiers.command;
+            let held = Held { inverts, smooths: input.modifiers.shift, lean: 0.0 };
             (input.events.clone(), held, input.pointer.latest_pos())
         });
         let (mut rays, mut pinned) = (Vec::new(), None);
+        let pens = std::mem::take(&mut self.pens);
+        let moves = events.iter().filter(|event| matches!(event, Event::PointerMoved(_))).count();
+        let mut moved = 0;
         for event in &events {
+            if matches!(event, Event::PointerMoved(_) | Event::PointerButton { pressed: true, .. }) {
+                self.pen = state_at(&pens, moved, moves).unwrap_or(self.pen);
+            }
             match event {
-                Event::Touch { force: Some(force), .. } => self.pressure = f64::from(*force),
+                Event::Touch { force: Some(force), .. } => self.pen.pressure = f64::from(*force),
                 Event::PointerButton { pos, button, pressed: true, modifiers } if response.contains_pointer() => {
                     self.last = Some(*pos);
                     if self.setting.is_some() {
@@ -260,7 +270,7 @@ impl Viewport {
                     let is_on = *button == PointerButton::Primary && session.pick(self.ray(*pos))?.is_some();
                     session.costs.end_event(false);
                     if is_on && session.brush.tool == Tool::Press {
-                        if session.begin_press(self.ray(*pos), self.pressure)? {
+                        if session.begin_press(self.ray(*pos), self.pen.pressure)? {
                             self.drag = Some(Drag::Press);
                         }
                         continue;
@@ -272,11 +282,12 @@ impl Viewport {
                         _ => Drag::Orbit,
                     });
                     if is_on {
-                        session.begin_stroke(held)?;
-                        rays.push((self.ray(*pos), self.pressure));
+                        session.begin_stroke(Held { lean: self.pen.lean, ..held })?;
+                        rays.push((self.ray(*pos), self.pen.pressure));
                     }
                 }
                 Event::PointerMoved(pos) => {
+                    moved += 1;
                     let area = self.area.unwrap_or(Rect::NOTHING);
                     let way = self.last.map_or(egui::Vec2::ZERO, |last| *pos - last) / area.height().max(1.0);
                     let way = DVec2::new(f64::from(way.x), f64::from(way.y));
@@ -284,7 +295,7 @@ impl Viewport {
                         Some(Drag::Orbit) => self.camera.orbit(way),
                         Some(Drag::Pan) => self.camera.pan(way),
                         Some(Drag::Zoom) => self.camera.zoom(-8.0 * way.y),
-                        Some(Drag::Stroke | Drag::Press) => rays.push((self.ray(*pos), self.pressure)),
+                        Some(Drag::Stroke | Drag::Press) => rays.push((self.ray(*pos), self.pen.pressure)),
                         Some(Drag::Pin(pin)) if self.last != Some(*pos) => pinned = Some((pin, *pos)),
                         Some(Drag::Pin(_)) => {}
                         None => self.set(session, *pos),
@@ -311,7 +322,7 @@ impl Viewport {
                         }
                         self.camera.set_bounds(session.extent());
                         self.ended = Some(ui.input(|input| input.time));
-                        self.pressure = 1.0;
+                        self.pen.pressure = 1.0;
                     }
                 }
                 Event::MouseWheel { delta, unit, .. } if response.contains_pointer() => {
@@ -366,6 +377,7 @@ impl Viewport {
         let Some(area) = self.area else { return };
         let painter = ui.painter_at(area);
         let brush = &session.brush;
+        let radius = brush.radius * Held { lean: self.pen.lean, ..Held::default() }.width();
         let color = match brush.stroke(Held::default()).action {
             Action::Paint { color: [r, g, b, _], .. } => {
                 let byte = relievo_render::color::srgb_byte;
@@ -391,9 +403,9 @@ impl Viewport {
                 (0..=SIDES).filter_map(corner).collect::<Vec<_>>()
             };
             let width = if at == 0 { 2.0 } else { 1.0 };
-            painter.line(ring(brush.radius), Stroke::new(width + 2.0, Color32::from_black_alpha(120)));
-            painter.line(ring(brush.radius), Stroke::new(width, color));
-            painter.line(ring(brush.radius * f64::from(brush.strength)), Stroke::new(1.0, color.gamma_multiply(0.6)));
+            painter.line(ring(radius), Stroke::new(width + 2.0, Color32::from_black_alpha(120)));
+            painter.line(ring(radius), Stroke::new(width, color));
+            painter.line(ring(radius * f64::from(brush.strength)), Stroke::new(1.0, color.gamma_multiply(0.6)));
         }
         if self.under.is_some() && self.drag.is_none() {
             ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
