@@ -1,4 +1,4 @@
-//! The page on how to add something names files and folders that exist.
+//! The page on how to add something, and all other documents, name files and folders that exist.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,6 +31,30 @@ fn the_page_names_files_that_exist() {
     for part in ["## A brush mode", "## A collider", "## A pass", "## A noun of the C ABI"] {
         assert!(text.contains(part), "the page has no part {part:?}");
     }
+}
+
+/// Folders of the root whose files documents name.
+const FOLDERS: [&str; 8] = ["cmake/", "examples/", "include/", "packaging/", "plugins/", "rust/", "shaders/", "tests/"];
+
+#[test]
+fn documents_name_files_that_exist() {
+    let folders = [root().join("docs"), root().join("docs/design")];
+    let files = folders
+        .iter()
+        .flat_map(|folder| fs::read_dir(folder).expect("a folder"))
+        .map(|entry| entry.expect("a file").path());
+    let pages: Vec<_> = files.filter(|path| path.extension().is_some_and(|it| it == "md")).collect();
+    assert!(pages.len() > 40, "only {} documents are there", pages.len());
+    let mut missing = Vec::new();
+    for page in pages {
+        let text = fs::read_to_string(&page).expect("the page can be read");
+        let named = paths(&text).into_iter().map(|path| path.trim_end_matches('*'));
+        let named = named.filter(|path| FOLDERS.iter().any(|folder| path.starts_with(folder)));
+        missing.extend(
+            named.filter(|path| !root().join(example(path)).exists()).map(|path| (page.clone(), path.to_owned())),
+        );
+    }
+    assert!(missing.is_empty(), "documents name files that do not exist: {missing:#?}");
 }
 
 #[test]
