@@ -45,7 +45,7 @@ void Pool::loop(std::size_t count, const std::function<void(std::size_t)> &body)
     }
     changed_.notify_all();
     take(loop);
-    // Nobody begins with it any more; those who have begun are waited for.
+    // Nobody begins with it any more; threads that have begun are waited for.
     std::unique_lock<std::mutex> guard(lock_);
     loops_.erase(std::find(loops_.begin(), loops_.end(), &loop));
     changed_.wait(guard, [&loop] { return loop.visitors == 0; });

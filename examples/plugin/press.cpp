@@ -104,5 +104,5 @@ PRESS_EXPORT void press_mesh(const Press *press, const float **positions, std::s
     *triangle_count = press->corners.size();
 }
 
-/// Lets go of all of it.
+/// Releases all of it.
 PRESS_EXPORT void press_destroy(Press *press) { delete press; }

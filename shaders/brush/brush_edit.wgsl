@@ -35,7 +35,7 @@ struct Edit {
 @group(0) @binding(3) var<storage, read_write> states: array<atomic<u32>>;
 // Texels of the blocks, rings as they were before the event.
 @group(0) @binding(4) var<storage, read_write> blocks: array<u32>;
-// Tiles, their texels, and those that changed, of every dab.
+// Tiles, their texels, and texels that changed, of every dab.
 @group(0) @binding(5) var<storage, read_write> tested: array<atomic<u32>>;
 var<immediate> work: Edit;
 

@@ -1,6 +1,6 @@
 // import common
 // import brush
-// The blocks that an event works on as they are before a dab: those that were taken for it get what their tiles have, and
+// The blocks that an event works on as they are before a dab: blocks that were taken for it get what their tiles have, and
 // what a mode reads of neighbours is kept apart from what the edit writes.
 
 struct Still {
@@ -18,7 +18,7 @@ struct Still {
 @group(0) @binding(1) var<storage, read> counts: array<u32>;
 @group(0) @binding(2) var<storage, read> pointers: array<u32>;
 @group(0) @binding(3) var<storage, read> states: array<u32>;
-// Blocks, and in the second half those that are kept.
+// Blocks, and in the second half blocks that are kept.
 @group(0) @binding(4) var<storage, read_write> blocks: array<u32>;
 @group(0) @binding(5) var<storage, read> brush_tiles: array<BrushTile>;
 // The tiles as they were before the event: the first word of each, and those.

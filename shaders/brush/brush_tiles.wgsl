@@ -8,7 +8,7 @@
 @group(3) @binding(0) var<storage, read> entries: array<TileEntry>;
 @group(3) @binding(1) var<storage, read> texels: array<u32>;
 
-// A place of the surface with the frame of its vectors, of which zeros are none.
+// A place of the surface with the frame of its vectors, which is absent if it is zeros.
 struct FramedPlace {
     there: bool,
     p: vec3<f32>,

@@ -23,7 +23,7 @@ fn half_bits(value: f32) -> u32 {
     if size >= 0x47800000u {
         return sign | select(0x7c00u, 0x7e00u, size > 0x7f800000u);
     }
-    // The bits that stay, before rounding, and those that go.
+    // The bits that stay, before rounding, and the bits that go.
     var kept = (size >> 13u) - 0x1c000u;
     var gone = size << 19u;
     if size < 0x38800000u {

@@ -6,7 +6,7 @@
 // Displaced surfaces drawn from virtual vertices: a draw is one part of the grid for every tile of a rate, and the vertex
 // stage evaluates its patch, Bézier or Gregory, with its displacement. Colours and traces are looked up at every pixel.
 
-/// What texels of colours are: 0 where there are none, 1 for four bytes, 2 for four half floats.
+/// What texels of colours are: 0 for no colours, 1 for four bytes, 2 for four half floats.
 override COLORS: u32 = 0u;
 /// 1 where there are traces.
 override TRACES: u32 = 0u;

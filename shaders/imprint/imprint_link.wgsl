@@ -1,4 +1,4 @@
-// The imprints of a submission: what kernels are told of each, and what they tell.
+// The imprints of a submission: what kernels get of each, and what they report.
 
 // Bits of the flags: how the columns are solid, and what rays start from.
 const BACKWARD: u32 = 1u;

@@ -6,7 +6,7 @@
 /// 1 where there are vectors.
 override VECTORS: u32 = 0u;
 
-// The vectors, laid out as in `vectors`; something where there are none.
+// The vectors, laid out as in `vectors`; something where no vectors exist.
 @group(2) @binding(2) var<storage, read> way_entries: array<TileEntry>;
 @group(2) @binding(3) var<storage, read> way_texels: array<u32>;
 

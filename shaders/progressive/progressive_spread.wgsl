@@ -1,6 +1,6 @@
 // import progressive
 // import progressive_stars
-// What splits stand on is made too: those that the vertices around theirs come from. Splits of one depth do not stand on
+// What splits stand on is made too: splits that the vertices around theirs come from. Splits of one depth do not stand on
 // each other, so that depth by depth, from the least, each is looked at once.
 
 /// Depths, which are numbered from the greatest.

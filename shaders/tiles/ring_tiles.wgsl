@@ -11,7 +11,7 @@ struct Ring {
     run: u32,
     // What texels are: 0 half floats, 1 colours of 8 bits, 2 those of half floats, 3 vectors (see FRAMED).
     format: u32,
-    // Words of a block of those that are worked on; 0 where there are none.
+    // Words of a block that is worked on; 0 without such blocks.
     room: u32,
     // 1 where tiles without a block count as blank ones.
     loose: u32,

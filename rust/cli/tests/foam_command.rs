@@ -41,7 +41,7 @@ fn foam_of_a_dam_is_made_resumed_rendered_and_composited() {
     assert!(!other.status.success() && String::from_utf8_lossy(&other.stderr).contains("--restart"));
     assert!(generate("again", &["--seed", "2", "--restart"]).status.success());
     assert_ne!(bytes("foam", 8), bytes("again", 8));
-    // Other formats have the same particles, and velocities are found by numbers where there are none.
+    // Other formats have the same particles, and velocities are found by numbers where files have none.
     assert!(generate("vtk", &["--format", "vtk"]).status.success() && at.join("vtk/0008.vtk").exists());
     let view = ["--eye", "2.5,-1.5,1.4", "--target", "0.6,0.15,0.3", "--set", "radius=0.03"];
     let render = |more: &[&str]| {

@@ -161,7 +161,7 @@ impl Offsets {
             return Self { groups: vec![any; model.groups.len()], longest, turns };
         }
         let mut groups: Vec<Option<GroupOffsets>> = vec![None; model.groups.len()];
-        // Clusters come after those that they are made of, so that the group below is complete.
+        // Clusters come after the clusters that they are made of, so that the group below is complete.
         for (index, cluster) in (0..).zip(&model.clusters) {
             if cluster.used_by == NONE {
                 continue;

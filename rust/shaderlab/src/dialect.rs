@@ -205,7 +205,7 @@ pub(crate) fn modernize(source: &Source, tokens: &[Token], outline: &Outline) ->
         declared: BTreeSet::new(),
     };
     let mut prelude = String::from("\n");
-    // Old extensions are removed; those that stay come before all declarations, unless they depend on a condition.
+    // Old extensions are removed; extensions that stay come before all declarations, unless they depend on a condition.
     let leading = tokens.iter().take_while(|token| {
         token.is_comment() || directive(token, "version") || (number >= 440 && directive(token, "extension"))
     });

@@ -94,7 +94,7 @@ impl Collider {
         let options = ColliderOptions { contact, is_container: self.container };
         let (pivot, keys) = (self.pivot.into(), self.keys.clone());
         let mover = Mover { points, triangles, options, pivot, keys, shapes, files: files.clone(), fps };
-        // A file that does not fit is told of before anything is simulated.
+        // A file that does not fit is reported before anything is simulated.
         (1..mover.shapes.len()).try_for_each(|frame| mover.shape(context, frame).map(drop))?;
         Ok(mover)
     }

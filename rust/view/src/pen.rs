@@ -130,7 +130,7 @@ mod x11 {
     /// The pens of the display.
     pub(crate) struct Pens {
         connection: RustConnection,
-        /// By the numbers of devices, of those that have any.
+        /// By the numbers of devices, of pens alone.
         axes: HashMap<u16, Axes>,
     }
 

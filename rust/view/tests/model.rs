@@ -82,7 +82,7 @@ fn a_dab_is_as_high_as_the_brush_says_on_either_kind_of_surface() {
         session.cancel_stroke().unwrap();
         stroke(&mut session, Held::default(), &[(5.0, 5.0)]);
         assert_eq!((height(&mut session, -0.9, 0.1), session.edits().1), (after, 3));
-        // Edits on another branch replace those that are undone.
+        // Edits on another branch replace the edits that are undone.
         session.undo().unwrap();
         session.brush.tool = Tool::Sculpt(SculptMode::Flatten);
         stroke(&mut session, Held::default(), &[(-1.0, 0.0), (-0.6, 0.1), (-0.2, 0.2)]);

@@ -1,6 +1,6 @@
-//! Public prose uses the plain phrases of the house, and every shared type has its term in the glossary.
+//! Prose uses the plain phrases of the house, and every shared type has its term in the glossary.
 //!
-//! The phrases are looked for in C and C++ headers, documentation, the plugins, and the doc comments of all crates.
+//! The phrases are looked for in C and C++ headers, documentation, the plugins, and the comments of all crates and shaders.
 //! Lines of a paragraph are joined first, so that a phrase is found where it wraps.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -57,12 +57,12 @@ fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     found
 }
 
-/// Returns the prose of a line of a file with this extension: of Rust the doc comment, else all without the mark of a
-/// comment; `None` for a line that separates paragraphs.
+/// Returns the prose of a line of a file with this extension: of Rust and WGSL the comment, else all without the mark of
+/// one; `None` for a line that separates paragraphs.
 fn prose<'a>(line: &'a str, extension: &str) -> Option<&'a str> {
     let line = line.trim();
-    if extension == "rs" {
-        return line.strip_prefix("///").or_else(|| line.strip_prefix("//!"));
+    if extension == "rs" || extension == "wgsl" {
+        return ["///", "//!", "//"].iter().find_map(|mark| line.strip_prefix(mark));
     }
     let marks: &[&str] = match extension {
         "h" | "hpp" => &["/**", "/*", "*", "///", "//"],
@@ -133,12 +133,13 @@ fn checked() -> Vec<PathBuf> {
     checked.extend(files(&root.join("include"), &["h", "hpp"]));
     checked.extend(files(&root.join("docs"), &["md"]));
     checked.extend(files(&root.join("plugins"), &["py", "md", "cpp"]));
-    checked.extend(files(&root.join("rust"), &["rs"]));
+    checked.extend(files(&root.join("rust"), &["rs", "wgsl"]));
+    checked.extend(files(&root.join("shaders"), &["wgsl"]));
     checked
 }
 
 #[test]
-fn public_prose_is_plain() {
+fn prose_is_plain() {
     let mut report = String::new();
     for path in checked() {
         let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -226,8 +227,11 @@ fn phrases_are_found_where_they_wrap() {
         found("    \"\"\"(Lets go of) it; `points` are None.\"\"\"\n# What is\n# kept", "py"),
         [(1, "lets go of"), (2, "what is kept")]
     );
-    // Only doc comments of Rust are public, a paragraph ends a phrase, and other words are no phrase.
-    assert_eq!(found("// those that\nlet x = \"is told\";\n/// are\n///\n/// none", "rs"), []);
+    // Code is no prose, a paragraph ends a phrase, and other words are no phrase.
+    for extension in ["rs", "wgsl"] {
+        assert_eq!(found("let x = \"is told\";\n/// are\n///\n/// none\n// is\nlet told = 1;", extension), []);
+        assert_eq!(found("let x = 1;\n// Those\n// that", extension), [(2, "those that")]);
+    }
     assert_eq!(found("are nonetheless, let. Go of; this told is_told", "md"), []);
     assert_eq!(found("/// Knows\n/// nothing.", "rs"), [(1, "knows nothing")]);
     assert_eq!(term("AnyMeshLevel"), "any mesh level");

@@ -9,7 +9,7 @@
 /// Velocities after a collider was met, with 1.
 @group(0) @binding(5) var<storage, read> held: array<vec4<f32>>;
 @group(1) @binding(1) var<storage, read_write> places: array<vec4<f32>>;
-/// With the pressures that are told.
+/// With the pressures that are reported.
 @group(1) @binding(2) var<storage, read_write> velocities: array<vec4<f32>>;
 @group(1) @binding(3) var<storage, read_write> tags: array<vec4<u32>>;
 /// The squares of the greatest speed and of the greatest change of a velocity.

@@ -12,7 +12,7 @@ const BEYOND: f32 = 1e-5;
 const NEVER: f32 = 2.0;
 
 @group(0) @binding(0) var<storage, read> places: array<vec4<f32>>;
-/// Of every cell its first triangle in the list and the one after its last: those that a particle in it may meet.
+/// Of every cell its first triangle in the list and the one after its last: triangles that a particle in it may meet.
 @group(0) @binding(1) var<storage, read> cells: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> list: array<u32>;
 /// Three points, and as bits the friction, or a negative number where particles stay where they meet it.

@@ -1,5 +1,5 @@
 // import fluid_surface_cells
-// The bricks that particles reach: those that have some, and those beside them. What several have beside them is listed by each
+// Bricks that particles reach: bricks with particles, and the bricks beside them. What several have beside them is listed by each
 // first, and once in the end.
 
 @group(1) @binding(0) var<storage, read_write> report: array<atomic<u32>, 8>;

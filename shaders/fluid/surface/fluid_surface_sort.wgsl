@@ -13,7 +13,7 @@
 @group(1) @binding(5) var<storage, read_write> cells: array<u32>;
 @group(1) @binding(6) var<storage, read_write> starts: array<u32>;
 
-/// A number that grows as a float does; those that are no numbers come first or last.
+/// A number that grows as a float does; values that are no numbers come first or last.
 fn rising(value: f32) -> u32 {
     let bits = bitcast<u32>(value);
     return select(bits | 0x80000000u, ~bits, bits >= 0x80000000u);

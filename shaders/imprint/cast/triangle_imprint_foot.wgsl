@@ -9,7 +9,7 @@ override VECTORS: u32 = 0u;
 
 // Barycentric coordinates of the values inside, three numbers each: a device's quotients may be others.
 @group(0) @binding(8) var<storage, read> inside: array<f32>;
-// First words of the vectors of triangles' blocks, in object space, and three words a value; something where there are none.
+// First words of the vectors of triangles' blocks, in object space, and three words a value; something where no vectors exist.
 @group(0) @binding(9) var<storage, read> way_entries: array<u32>;
 @group(0) @binding(10) var<storage, read> way_values: array<u32>;
 

@@ -15,7 +15,7 @@ override SEGMENTS: u32 = 64u;
 @group(0) @binding(4) var<storage, read_write> counters: AllCounters;
 // The least and the largest displacement in and around every triangle, 0 between them.
 @group(2) @binding(0) var<storage, read> ranges: array<vec2<f32>>;
-// Those that may, in any order.
+// Triangles that may, in any order.
 @group(2) @binding(1) var<storage, read_write> listed: array<u32>;
 // The longest vectors in and around every triangle, object units.
 @group(2) @binding(2) var<storage, read> lengths: array<f32>;

@@ -2,7 +2,7 @@
 // needs is_at_border
 // The cells of space that what is pushed of a piece is in, and the places of it at the border.
 
-// Cells from the middle of the grid that are told apart.
+// Cells from the middle of the grid that the list distinguishes.
 const REACH: f32 = 512.0;
 
 // Which places are at the border, and where the first of these is kept.

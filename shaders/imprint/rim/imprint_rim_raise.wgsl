@@ -1,6 +1,6 @@
 // import imprint_rim
 // What rises of a piece: coefficients go up by the share of the height that their patch has, as long as the slope is not
-// too steep. Blocks that change are kept with those that were pushed, and the volumes of both are told.
+// too steep. Blocks that change are kept with blocks that were pushed, and the volumes of both are reported.
 
 /// 1 where records of triangles tell of the slot of what was there before.
 override TRIANGLES: u32 = 0u;

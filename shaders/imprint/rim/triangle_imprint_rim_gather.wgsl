@@ -33,7 +33,7 @@ fn share_of(face: u32, n: vec3<f32>) -> vec2<f32> {
     return vec2(max(dot(normal, n), 0.0), longest / (0.75 * segments));
 }
 
-// The area that a value stands for in all triangles that have it, none of those that another one stands for.
+// The area that a value stands for in all triangles that have it, without the area that another one stands for.
 fn area_of(face: u32, node: Node, n: vec3<f32>) -> f32 {
     let others = sharing(face, node);
     if others.count == 0u {

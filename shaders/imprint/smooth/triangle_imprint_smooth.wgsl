@@ -146,7 +146,7 @@ fn around_of(face: u32, node: Node) -> Around {
     return found;
 }
 
-// Values beside those that are smoothed are smoothed too. The round is what the step counts.
+// Values beside values that are smoothed are smoothed too. The round is what the step counts.
 @compute @workgroup_size(GROUP)
 fn spread(id: Invocation) {
     let it = item_of(id);

@@ -1,7 +1,7 @@
 // import common
 // import triangle_imprint_slot
 // import triangles
-// Which triangles smoothing looks at after an imprint: those that have a value which it may smooth, and so all around them.
+// Which triangles smoothing looks at after an imprint: triangles that have a value which it may smooth, and so all around them.
 // An invocation takes a triangle.
 
 // Of every triangle whether it has a block, as `HELD_NONE` and others.

@@ -19,7 +19,7 @@ struct DirectionsCall {
 @group(1) @binding(5) var<storage, read_write> wedge_values: array<f32>;
 /// Of vertices that are drawn, the nodes.
 @group(1) @binding(6) var<storage, read_write> nodes: array<u32>;
-/// Of those that have moved, from where to where in `ring` their corners are.
+/// Of vertices that have moved, from where to where in `ring` their corners are.
 @group(1) @binding(7) var<storage, read_write> ends: array<vec2<u32>>;
 /// Corners of vertices, with `AFTER`.
 @group(1) @binding(8) var<storage, read_write> ring: array<u32>;

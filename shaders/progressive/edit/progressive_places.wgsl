@@ -1,6 +1,6 @@
 // import progressive_edited
 // import octahedron
-// Where the vertices of an edited progressive mesh are, at every level. A vertex is told by its node: twice the number of
+// Where the vertices of an edited progressive mesh are, at every level. A vertex is named by its node: twice the number of
 // the split it comes from, and 1 if it is the second of that.
 
 @group(0) @binding(0) var<storage, read> splits: array<SplitBlock>;

@@ -97,7 +97,7 @@ impl Drop for Entry {
 
 /// A lock's guard, and the entry that says who has it.
 pub struct Held<G> {
-    // Freed before those who wait are woken.
+    // Freed before threads that wait are woken.
     guard: G,
     #[expect(dead_code, reason = "held until it is dropped")]
     entry: Entry,

@@ -105,7 +105,7 @@ fn names_of_constants_are_those_of_the_headers() {
     let text = sources(&folder("src"));
     let is_word = |letter: char| letter.is_ascii_uppercase() || letter.is_ascii_digit() || letter == '_';
     let names = text.match_indices("RLV_").map(|(at, _)| text[at..].split(|letter| !is_word(letter)).next().unwrap());
-    // A name that ends with a line stands for those that begin with it.
+    // A name that ends with a line stands for all names that begin with it.
     let exists =
         |name: &str| known.contains(name) || name.ends_with('_') && known.iter().any(|it| it.starts_with(name));
     let unknown: BTreeSet<&str> = names.filter(|name| !exists(name)).collect();

@@ -165,7 +165,7 @@ fn scenes_run_on_the_graphics_device_where_there_is_one() {
     let run =
         |more: &[&str]| relievo(folder.path(), &[&["scene", "run", "a.toml", "--out", more[0]], &more[1..]].concat());
     assert!(run(&["auto", "--device", "auto"]).status.success());
-    // A device that is not there is told, and nothing is written.
+    // A device that is not there is an error, and nothing is written.
     let missing = run(&["missing", "--device", "gpu", "--adapter", "no such device"]);
     assert!(missing.status.code() == Some(1) && text(&missing.stderr).contains("no such device"), "{missing:?}");
     assert!(!folder.path().join("missing").exists());

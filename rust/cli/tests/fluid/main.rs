@@ -236,7 +236,7 @@ fn frames_are_told_of_and_converted() {
     assert_eq!((cached["particles"].as_u64(), cached["goes_on"].as_bool()), (Some(360), Some(true)));
     assert!((cached["seconds"].as_f64().unwrap() - 0.04).abs() < 1e-6, "{cached}");
     assert!(cached["fastest"].as_f64().unwrap() > 0.1 && cached["bounds"][1][0].as_f64().unwrap() > 0.27, "{cached}");
-    // What a description begins as, and files of particles for those who ask about any file.
+    // What a description begins as, and files of particles, for users who ask about any file.
     let begun = info("dam.toml");
     assert_eq!((begun["particles"].as_u64(), begun["frames"].as_u64()), (Some(360), Some(3)));
     let any = relievo(folder.path(), &["info", "--json", "frames/0002.rlvfluid"]);

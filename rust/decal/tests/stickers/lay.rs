@@ -219,7 +219,7 @@ fn a_sticker_longer_than_a_finger_is_round_overlaps_itself_where_that_is_allowed
     assert!((apart.coverage - 2.0 / 3.0).abs() < 0.02, "{apart:?}");
     let overlapping = on(true);
     assert!(overlapping.coverage > 0.999, "{overlapping:?}");
-    // Half of the faces under a band of half the height of the finger, and those that its border crosses.
+    // Half of the faces under a band of half the height of the finger, and the faces that its border crosses.
     let band = 0.5 * 0.5 * 2.0 * 48.0 * 48.0;
     assert!((0.9..1.3).contains(&(overlapping.overlaps as f64 / band)), "{overlapping:?}");
 }

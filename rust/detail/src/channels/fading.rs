@@ -228,7 +228,7 @@ impl<C: LayerChannel> Stack<C> {
         for (_, faded, channel) in self.fading_mut() {
             let mut left = faded.decay.stamp(context, &faded.stamped, channel, time)?;
             if !left.is_empty() {
-                // Those that have no room take that of the oldest, unless these were edited now.
+                // Tiles that have no room take that of the oldest, unless these were edited now.
                 let mut oldest = faded.decay.oldest();
                 oldest.retain(|(_, tile)| !C::is_edited(channel.field(), &faded.stamped, *tile));
                 while !left.is_empty() && !oldest.is_empty() {

@@ -426,7 +426,7 @@ impl History {
         let foreign: Vec<Head> = known.iter().filter(|head| find(states, head.id).is_none()).cloned().collect();
         let there: Vec<Head> = states.iter().map(LayerState::head).chain(foreign.iter().cloned()).collect();
         if known != there {
-            // Blocks of layers that the journal does not have are none of the document's yet.
+            // Blocks of layers that the journal does not have are not in the document yet.
             let strange = |state: &&LayerState| known.iter().all(|head| head.id != state.id);
             let blocks: Vec<(&LayerState, u32)> = states
                 .iter()

@@ -241,7 +241,7 @@ impl Imprinter {
         }
         match made {
             Ok(casts) => Some(casts),
-            // Several are tried one by one before anything is told.
+            // Several are tried one by one before an error is reported.
             Err(_) if !lost && jobs.len() > 1 => None,
             Err(fault) => {
                 objects[met[0]].fault_slot().get_or_insert(fault);

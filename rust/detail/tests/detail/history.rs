@@ -154,7 +154,7 @@ fn a_new_edit_drops_what_was_undone_and_nothing_is_an_edit_that_changes_nothing(
     history.abandon(&context, &mut object).unwrap();
     assert!(bytes(&context, &mesh, &object) == states[last - 3] && history.redo_count() == 3);
     assert!(history.end(&context, &mut object).is_err() && history.abandon(&context, &mut object).is_err());
-    // Another edit than those that were undone.
+    // Another edit than the ones that were undone.
     history.begin(&context, &mut object, "a bump").unwrap();
     let brush = Brush::on_surface(DVec3::new(3.0, 3.0, 0.0), DVec3::Z, DVec3::X, DVec3::ONE, Falloff::Smooth).unwrap();
     let action = Action::Sculpt { mode: SculptMode::Draw, height: 0.5 };

@@ -117,7 +117,7 @@ fn a_flipped_bit_is_damage_and_what_can_be_kept_is_kept() {
         assert_eq!(repaired.damage, damage);
         assert_eq!(std::fs::read(repaired.kept.unwrap()).unwrap(), bytes);
         let kept = Document::open(&bad, LIMIT).unwrap();
-        // A block is as it should be, or told, or its edit is told as a whole.
+        // A block is as it should be, or reported, or its edit is reported as a whole.
         let told: String = damage.iter().map(|damage| format!("{damage}\n")).collect();
         for layer in kept.layers() {
             let Some(right) = last.layer(layer.name()) else {

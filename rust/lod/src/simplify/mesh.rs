@@ -313,7 +313,7 @@ pub fn assemble(attributes: &[&Attribute], made: &SimplifiedWith) -> (Mesh, Vec<
         let of = |vertex: usize| attributes.iter().flat_map(move |(it, first)| values(vertex, *first, it.width));
         (0..made.points.len()).flat_map(of).copied().collect()
     };
-    // Those that are first of their kind, and the number among them of each vertex's.
+    // Attributes that are first of their kind, and the number among them of each vertex's.
     let listed = |attributes: &[(&Attribute, usize)]| {
         let width = attributes.iter().map(|(attribute, _)| attribute.width as usize).sum();
         let first = sides(&made.places, &[], &gathered(attributes), width);

@@ -86,7 +86,7 @@ impl World {
         let places = self::firsts(&expected)?;
         let (sent, mut received) = (sent.concat(), vec![0u8; total(&expected)?]);
         // SAFETY: the lists have a number for each rank, parts lie within the bytes that `firsts` and `total` were made of, and
-        // the counts that are expected are those that the other ranks send.
+        // the counts that are expected are the ones that the other ranks send.
         unsafe {
             relievo_mpi_exchange(
                 start(&sent),

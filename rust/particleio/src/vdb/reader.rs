@@ -104,7 +104,7 @@ impl Head {
     ) -> Result<Vec<f32>> {
         let [form] = bytes.array()?;
         let mut number = || bytes.array().map(f32::from_le_bytes);
-        // Those that are not active, by the bits of a selection.
+        // Values that are not active, by the bits of a selection.
         let others = match form {
             0 => [background, background],
             1 | 3 => [-background, background],

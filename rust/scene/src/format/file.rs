@@ -131,7 +131,7 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
     let mesh_names = Names::new("meshes", &mesh_tables);
     let surface_names = Names::new("surfaces", &surface_tables);
     let object_names = Names::new("objects", &object_tables);
-    // Objects that cannot be used, or may stand in a misspelt section, are told already.
+    // Objects that cannot be used, or may stand in a misspelt section, are reported already.
     if object_tables.is_empty() && !refused && !root.has_unknown_table() {
         reader.fault(Diagnostic::new(root.span(), "the scene has no objects").advise("add [objects.NAME]"));
     }

@@ -149,7 +149,7 @@ impl Reader {
                 other => self.wrong_type(&named.text, "a table", other, value.span()),
             }
         }
-        // The parser sorts by name; results are told in the order the user wrote.
+        // The parser sorts by name; results are reported in the order the user wrote.
         list.sort_by_key(|(name, _)| name.span.start);
         list
     }

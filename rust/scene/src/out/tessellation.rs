@@ -166,7 +166,7 @@ fn stitch(piece: &mut Piece, rate: u32, count: u32, row: impl Fn(u32) -> u32, ou
         let inner_next = (2 * i + 1) * count;
         if k < count && (i == rate - 1 || outer_next <= inner_next) {
             piece.triangles.push([outer(k), outer(k + 1), row(i)]);
-            // The outer edge shows; of the two others those that meet the border where the grid's lines do.
+            // The outer edge shows; of the two others, lines that meet the border where the grid's lines do.
             let line = |k: u32| k * rate == i * count;
             piece.edges.push(0b001 | if line(k + 1) { 0b010 } else { 0 } | if line(k) { 0b100 } else { 0 });
             k += 1;

@@ -229,7 +229,7 @@ fn agents_have_colours_and_lines_of_their_own_and_may_all_go() {
     let far = share(&plain, &lines, 0.05);
     assert!(far > 0.01 && far < 0.5, "{far} of pixels have lines");
     assert!(plain.object.iter().any(|object| *object != NO_OBJECT) && plain.object == lines.object);
-    // Nothing is left where all agents are behind a plane, or there are none.
+    // Nothing is left where all agents are behind a plane, or no agent is there.
     let away = CrowdView { planes: vec![[0.0, 0.0, 1.0, -1e4]], ..seen.clone() };
     let (none, empty) = drawn(&view, &away);
     assert!(none.agents == 0 && none.triangles == 0 && counts.agents > 50);

@@ -58,7 +58,7 @@ fn tokens_open_the_scenes_of_their_users_and_no_others() {
     assert_eq!((anna.welcome().user.as_str(), berta.welcome().user.as_str()), ("anna", "berta"));
     anna.submit(&scene("dam", DAM)).unwrap();
     assert_eq!(berta.status("dam").unwrap_err().kind, ErrorKind::NotFound);
-    // The file of a mesh is its owner's alone, also for those who know its hash.
+    // The file of a mesh is its owner's alone, also for clients that know its hash.
     let put = |data: &[u8]| FilePut {
         name: "a.obj".into(),
         hash: Hash::of(data),

@@ -734,7 +734,7 @@ impl<T: Texel> Channel<T> {
                 let (size, indices) = (self.field.size(tile) as usize, list.iter().map(|(at, _)| *at as usize));
                 Rect::of_indices(indices, size, |rect| self.touch(tile, Some(rect)));
             }
-            // What cannot be read back cannot be written to; it is told.
+            // What cannot be read back cannot be written to; it is reported.
             if !self.fetch(tile) {
                 continue;
             }

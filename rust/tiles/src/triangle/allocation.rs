@@ -400,7 +400,7 @@ mod tests {
         }
         let furthest = read(&channel).iter().zip(&before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(furthest < 4.0, "{furthest}");
-        // Those that were there are the same to the bit.
+        // Values that were there are the same to the bit.
         for index in 0..coarse.face_values() as u32 {
             let node = coarse.at_slot(Slot::Inside(index));
             let refined = middle.refined(coarse.refined(node));

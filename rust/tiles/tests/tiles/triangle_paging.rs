@@ -176,7 +176,7 @@ fn run<T: StoredTexel + Debug>(
             }
             2 => snapshots.push([pair.paging.commit(), pair.model.commit()]),
             3 if !undo.is_empty() => {
-                // Every block that changed is put back, as an undo does it: those that go, then all others.
+                // Every block that changed is put back, as an undo does it: blocks that go, then all others.
                 let back = undo.pop().unwrap();
                 pair.both(|channel| {
                     back.iter().for_each(|(block, bytes)| channel.write_block(*block, bytes.as_deref()).unwrap())

@@ -444,7 +444,7 @@ impl Pipelines {
         pass.draw(0..3, 0..1);
     }
 
-    /// Makes targets of a size where there are none of it.
+    /// Makes targets of a size if the last ones had another.
     fn make_targets(&mut self, device: &Device, size: [u32; 2]) -> Result<()> {
         if self.targets.as_ref().is_some_and(|targets| targets.size == size) {
             return Ok(());

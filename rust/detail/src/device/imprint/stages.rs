@@ -83,7 +83,7 @@ impl<'a> Stages<'a> {
         if device.is_timed() {
             return in_order.try_for_each(|stage| self.record_one(&mut frame.pass(stage.name()), stage));
         }
-        // Every pass is a command buffer: those that nobody times are one.
+        // Every pass is a command buffer: passes that nobody times are one.
         let mut pass = frame.pass("imprint.device");
         in_order.try_for_each(|stage| self.record_one(&mut pass, stage))
     }

@@ -236,7 +236,7 @@ fn what_has_no_room_at_first_is_done_again_with_more() {
     };
     let (expected, found) = (press(&mut here), press(&mut there));
     assert!(there.take_device_fault().is_none());
-    // 512 blocks of 256 coefficients are the room at first, for those that are looked at and those that change.
+    // 512 blocks of 256 coefficients are the room at first, for blocks that are looked at and blocks that change.
     assert!(expected.changed_coefficients > 512 * 256, "{expected:?}");
     assert_eq!(found.changed, expected.changed);
     let (apart, all) = difference(here.displacement().field(), there.displacement().field());

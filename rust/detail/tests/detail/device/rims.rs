@@ -43,7 +43,7 @@ fn imprints_with_rims_are_one_submission() {
         object.use_device(Some(&device)).unwrap();
     }
     let (rimmed, plain) = (rimmed(), settings());
-    // The first raises most, so that boxes need not reach further for those that follow, which overlap.
+    // The first raises most, so that boxes need not reach further for the next imprints, which overlap.
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let ways = [
         [at(2.0, 2.3, 0.3), at(3.1, 2.6, 0.55), at(3.4, 2.9, 0.6), at(2.6, 3.3, 0.6), at(2.3, 2.9, 0.62)],

@@ -95,7 +95,7 @@ fn what_has_no_room_to_be_smoothed_is_done_again_with_more() {
     let context = Context::serial();
     let smooth = [ImprintSettings { smoothing: 0.6, ..settings() }];
     let mut imprinter = Imprinter::new();
-    // Blocks of larger tiles than those that come after.
+    // Blocks of larger tiles than the next ones.
     let mut large = [object(&context, 128, DAffine3::IDENTITY)];
     large[0].use_device(Some(&device)).unwrap();
     let (_, submitted) = press(&context, &mut imprinter, &mut large, (0.6, &smooth), true);

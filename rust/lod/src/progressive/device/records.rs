@@ -60,7 +60,7 @@ impl Records {
             listed: device.bind(&keep[0], 0, &[touched.wgpu(), ranks.wgpu()])?,
             places: places.bindings.clone(),
             notes: notes.wgpu().map(wgpu::Buffer::clone),
-            // No length is told by a buffer.
+            // No length comes from a buffer.
             scan: Scan::new(device, &ranks, &Buffer::new(device, "no lengths", 1)?)?,
             touched,
             words: words as u32,

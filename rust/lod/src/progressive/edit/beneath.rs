@@ -81,7 +81,7 @@ impl<'a> Beneath<'a> {
     /// Has all that is finer follow where some vertices of the level have moved. Returns what its nodes had before.
     fn follow(&self, context: &Context, moves: &mut Moves, moved: &[u32]) -> Vec<Placed> {
         let whole = &*self.mesh.whole;
-        // Vertices of the level whose splits follow, and those that have moved, or what is finer there.
+        // Vertices of the level whose splits follow, and vertices that have moved, or what is finer there.
         let [seen, told] = [(); 2].map(|()| BitSet::new(whole.vertex_count()));
         let (mut waiting, mut replaced) = (Waiting::default(), Vec::new());
         let near = |moved: u32, waiting: &mut Waiting| {

@@ -93,7 +93,7 @@ impl Claimed {
     /// Finds the splits that have a node near that has moved, which is beside the nodes `around`. Tells their depths.
     fn claim(&self, whole: &Progressive, moved: u32, around: impl Iterator<Item = u32>, found: &mut Vec<(u32, u32)>) {
         let own = depth(whole, moved);
-        // Those that go while it is still there. What they become has moved then, and tells of what is next.
+        // Neighbours that go while it is still there. What they become has moved then, and tells of what is next.
         for node in around.filter(|node| depth(whole, *node) < own).chain((own != NONE).then_some(moved)) {
             let split = node / 2;
             let (word, bit) = (&self.0[split as usize / 32], 1 << (split % 32));

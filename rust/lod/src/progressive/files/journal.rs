@@ -154,7 +154,7 @@ impl EditJournal {
         let made = match make(mesh) {
             Ok(made) => made,
             Err(error) => {
-                // What is left of it is told as an edit that was under way.
+                // What is left of it is reported as an edit that was under way.
                 let _ = self.journal.withdraw(location);
                 return Err(error);
             }

@@ -224,7 +224,7 @@ impl ActiveMesh {
         let mut lowest = vertex;
         for neighbour in self.spokes(vertex).flatten() {
             lowest = lowest.min(neighbour);
-            // Where splits come in another order than that of their depths, those that are made stand on none that are not.
+            // Where splits come in another order than that of their depths, splits that are made stand on none that are not.
             if neighbour != vertex && self.made_by(neighbour).is_some_and(|made| made.depth() <= key.depth()) {
                 return false;
             }
