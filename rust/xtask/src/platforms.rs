@@ -131,23 +131,27 @@ fn check(platform: Platform) -> Outcome {
     call(&mut check)
 }
 
+/// A test that starts itself to see its peak of memory, which programs in qemu cannot; and the peak is the emulator's.
+const STARTS_ITSELF: &str = "memory_is_estimated_within_30_percent";
+
 /// Tests crates in the emulator.
 fn test(platform: Platform, crates: &[&str]) -> Outcome {
     let mut tests = cargo_for(platform);
     tests.args(["test", "--release", "--no-fail-fast", "--tests", "--target", platform.triple()]);
     tests.args(crates.iter().flat_map(|name| ["--package".into(), format!("relievo-{name}")]));
+    tests.args(["--", "--skip", STARTS_ITSELF]);
     watch_tests(tests.env("PROPTEST_RNG_SEED", "1"))
 }
 
-/// What is tested for AArch64: lanes, and what is bound to C++ and to Embree.
-const TESTED: [&str; 4] = ["core", "opensubdiv", "openmesh", "embree"];
+/// What is tested for AArch64: lanes, what is bound to C++ and to Embree, and the kernels of surfaces and tiles.
+const TESTED: [&str; 6] = ["core", "opensubdiv", "openmesh", "embree", "surface", "tiles"];
 /// What those tests open, and what it links.
 const LIBRARIES: &str = "libc6,libstdc++6,libosd-dev,libembree3-3,libopenmesh1";
 
 fn aarch64(stages: &mut Stages) {
     let platform = Platform::Aarch64;
     if stages.run("AArch64: libraries", 1, debian) && stages.run("AArch64: check", 8, || check(platform)) {
-        stages.run("AArch64: tests", 6, || test(platform, &TESTED));
+        stages.run("AArch64: tests", 10, || test(platform, &TESTED));
     }
 }
 
